@@ -1,0 +1,53 @@
+//! Makes measured and simulated body orientation comparable.
+//!
+//! A recording of a cheap IMU and a simulation of the same motion differ in
+//! sampling, noise, drift and delay long before they differ in what the robot
+//! did. This crate removes what does not matter:
+//!
+//! 1. [`clean_time_stamps`] drops samples whose time stamps are duplicated or
+//!    run backwards.
+//! 2. [`MotionStart`] finds where the robot started to walk.
+//! 3. [`Window::cut`] brings a stretch of the recording onto an even time grid,
+//!    starting from common initial conditions.
+//! 4. [`FourierFilter`] keeps the motion's own frequencies (Algorithm 2 of the
+//!    paper) and reconstructs the signal on one common time vector.
+//!
+//! ```
+//! use mlr_filter::{Axes, FilterSettings, FourierFilter, OrientationSeries, Window};
+//! use std::f64::consts::TAU;
+//!
+//! // Ten seconds of a 1 Hz roll of 5 degrees, sampled at 970 Hz, with a 40 Hz hum.
+//! let times_s: Vec<f64> = (0..9700).map(|i| f64::from(i) / 970.0).collect();
+//! let roll = |t: &f64| 0.087 * (TAU * t).sin() + 0.01 * (TAU * 40.0 * t).sin();
+//! let angles_rad = Axes {
+//!     roll: times_s.iter().map(roll).collect(),
+//!     pitch: vec![0.0; 9700],
+//!     yaw: vec![0.0; 9700],
+//! };
+//! let recording = OrientationSeries::new(times_s, angles_rad)?;
+//!
+//! let window = Window { start_s: 2.0, duration_s: 5.0 };
+//! let cut = window.cut(&recording, &Default::default())?;
+//! let mut filter = FourierFilter::new(FilterSettings::default(), window.duration_s)?;
+//! let conditioned = filter.condition(&cut);
+//!
+//! // One sample per 4 ms; the hum is gone, the roll is not.
+//! assert_eq!(conditioned.roll.len(), 1250);
+//! let after_quarter_turn_s = 63;
+//! assert!((conditioned.roll[after_quarter_turn_s] - 0.087).abs() < 1e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod fourier_filter;
+mod motion_start;
+mod orientation;
+mod spectrum;
+mod time_stamps;
+mod window;
+
+pub use fourier_filter::{Conditioned, FilterError, FilterSettings, FourierFilter, Selection};
+pub use motion_start::{MotionSettings, MotionStart, NoMotion};
+pub use orientation::{Axes, Axis, OrientationSeries, SeriesError};
+pub use spectrum::{PowerSpectrum, Spectrum};
+pub use time_stamps::{TimeStampFaults, clean_time_stamps};
+pub use window::{EvenSamples, SamplingLimits, Window, WindowError};

@@ -1,0 +1,181 @@
+//! What the feet are told to do.
+
+use std::f64::consts::PI;
+
+use nalgebra::Point3;
+use serde::Deserialize;
+
+use crate::{ModelError, robot::Leg};
+
+/// A periodic gait: each foot swings forward through a half sine and pushes
+/// straight back, legs differing only by their phase.
+///
+/// For gait time t ≤ 0 the robot stands. The stride grows from nothing to its
+/// full length over the ramp.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gait {
+    /// Name for people.
+    pub name: String,
+    /// T, the duration of one step cycle.
+    pub period_s: f64,
+    /// How long the stride takes to grow to full length.
+    pub ramp_s: f64,
+    /// Length of the stride along x.
+    pub stride_m: f64,
+    /// Height of a swinging foot at mid-swing.
+    pub lift_m: f64,
+    /// Height of the body's origin over the foot tips.
+    pub body_height_m: f64,
+    /// Share of the period during which a foot swings.
+    pub swing_fraction: f64,
+    /// Phase of each leg, leg 1 first, as a share of the period.
+    pub phase_offsets: Vec<f64>,
+}
+
+/// A foot-tip position in the body frame.
+pub type FootTarget = Point3<f64>;
+
+impl Gait {
+    /// The embedded nominal gait of the JetHexa, `data/gait/tripod.toml`.
+    pub const TRIPOD_TOML: &str = include_str!("../../../data/gait/tripod.toml");
+
+    /// The alternating tripod with a period of one second.
+    pub fn tripod() -> Self {
+        Self::from_toml(Self::TRIPOD_TOML).expect("the embedded gait is checked by a test")
+    }
+
+    /// Reads and checks a gait.
+    ///
+    /// # Errors
+    /// [`ModelError::Syntax`] with line and column when the text is not TOML of
+    /// the expected form, [`ModelError::Value`] when a value makes no sense.
+    pub fn from_toml(text: &str) -> Result<Self, ModelError> {
+        let gait: Self = toml::from_str(text).map_err(|source| ModelError::Syntax {
+            what: "gait",
+            source: Box::new(source),
+        })?;
+        gait.check()?;
+        Ok(gait)
+    }
+
+    fn check(&self) -> Result<(), ModelError> {
+        let range = ModelError::check_range;
+        range("period_s", self.period_s, 0.01, 100.0, "0.01 to 100 s")?;
+        range("ramp_s", self.ramp_s, 0.0, 100.0, "0 to 100 s")?;
+        range("stride_m", self.stride_m, -10.0, 10.0, "-10 to 10 m")?;
+        range("lift_m", self.lift_m, 0.0, 10.0, "0 to 10 m")?;
+        range(
+            "body_height_m",
+            self.body_height_m,
+            -10.0,
+            10.0,
+            "-10 to 10 m",
+        )?;
+        range(
+            "swing_fraction",
+            self.swing_fraction,
+            0.01,
+            0.99,
+            "0.01 to 0.99",
+        )?;
+        for (leg, offset) in self.phase_offsets.iter().enumerate() {
+            ModelError::check_range(
+                format!("phase_offsets[{leg}]"),
+                *offset,
+                0.0,
+                1.0,
+                "0 to 1 of a period",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Where leg `leg` (from 0) is told to have its foot tip at gait time
+    /// `time_s`, in the body frame.
+    pub fn foot_target(&self, leg: usize, description: &Leg, time_s: f64) -> FootTarget {
+        let [x_m, y_m] = description.nominal_foot_m;
+        if time_s <= 0.0 {
+            return Point3::new(x_m, y_m, -self.body_height_m);
+        }
+        let cycles = time_s / self.period_s + self.phase_offsets[leg];
+        let phase = cycles - libm::floor(cycles);
+        let ramp = if time_s < self.ramp_s {
+            time_s / self.ramp_s
+        } else {
+            1.0
+        };
+        let (stride, lift) = if phase < self.swing_fraction {
+            let (sin, cos) = libm::sincos(PI * phase / self.swing_fraction);
+            (-0.5 * cos, sin)
+        } else {
+            (
+                0.5 - (phase - self.swing_fraction) / (1.0 - self.swing_fraction),
+                0.0,
+            )
+        };
+        Point3::new(
+            x_m + ramp * stride * self.stride_m,
+            y_m,
+            -self.body_height_m + ramp * lift * self.lift_m,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Robot;
+
+    #[test]
+    fn stands_until_time_zero() {
+        let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+        for (index, leg) in robot.legs().iter().enumerate() {
+            let standing = gait.foot_target(index, leg, -1.0);
+            assert_eq!(standing, gait.foot_target(index, leg, 0.0));
+            assert_eq!(standing.z, -0.090);
+        }
+    }
+
+    #[test]
+    fn first_tripod_swings_while_the_second_stands() {
+        let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+        let height = |leg: usize| gait.foot_target(leg - 1, &robot.legs()[leg - 1], 2.25).z;
+        for leg in [1, 4, 5] {
+            assert!((height(leg) - (-0.090 + 0.040)).abs() < 1e-12, "leg {leg}");
+        }
+        for leg in [2, 3, 6] {
+            assert_eq!(height(leg), -0.090, "leg {leg}");
+        }
+    }
+
+    #[test]
+    fn unknown_and_missing_keys_are_named() {
+        let misspelt = Gait::TRIPOD_TOML.replace("stride_m", "strde_m");
+        let message = Gait::from_toml(&misspelt).unwrap_err().to_string();
+        assert!(message.contains("strde_m"), "{message}");
+        assert!(message.contains("line"), "{message}");
+    }
+
+    proptest! {
+        #[test]
+        fn targets_are_continuous(time_s in 0.0..5.0_f64, leg in 0_usize..6) {
+            let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+            let dt_s = 1e-4;
+            let before = gait.foot_target(leg, &robot.legs()[leg], time_s);
+            let after = gait.foot_target(leg, &robot.legs()[leg], time_s + dt_s);
+            let top_speed_m_per_s = 0.35;
+            prop_assert!((after - before).norm() <= top_speed_m_per_s * dt_s);
+        }
+
+        #[test]
+        fn repeats_after_a_period(time_s in 1.0..5.0_f64, leg in 0_usize..6) {
+            let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+            let now = gait.foot_target(leg, &robot.legs()[leg], time_s);
+            let later = gait.foot_target(leg, &robot.legs()[leg], time_s + gait.period_s);
+            prop_assert!((later - now).norm() < 1e-9);
+        }
+    }
+}

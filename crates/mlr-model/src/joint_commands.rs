@@ -1,0 +1,123 @@
+//! The joint angles that the gait commands, tick by tick.
+
+use crate::{Gait, ModelError, Robot, kinematics};
+
+/// Commanded joint angles of the healthy robot, one set per controller tick.
+///
+/// A damaged robot keeps executing the full command; commands to lost links go
+/// nowhere. The table is therefore the same for every morphology and is computed
+/// once.
+#[derive(Debug, Clone)]
+pub struct JointCommands {
+    hold_s: f64,
+    /// `ticks[k]` holds from gait time k · hold on: angles of all legs, leg by
+    /// leg from the body outward. Tick 0 is the stance.
+    ticks: Vec<Vec<f64>>,
+    /// Index of each leg's first joint within a tick.
+    first_joint: Vec<usize>,
+}
+
+impl JointCommands {
+    /// Solves the inverse kinematics of every foot target up to `duration_s`.
+    ///
+    /// # Errors
+    /// [`ModelError::LegCount`] when gait and robot do not fit,
+    /// [`ModelError::Unreachable`] for the first target out of reach.
+    pub fn new(robot: &Robot, gait: &Gait, duration_s: f64) -> Result<Self, ModelError> {
+        if gait.phase_offsets.len() != robot.legs().len() {
+            return Err(ModelError::LegCount {
+                gait: gait.phase_offsets.len(),
+                robot: robot.legs().len(),
+            });
+        }
+        let hold_s = robot.servo().command_hold_s;
+        let last_tick = whole_ticks(duration_s, hold_s) + 1;
+        let ticks = (0..=last_tick)
+            .map(|tick| angles_at(robot, gait, tick as f64 * hold_s))
+            .collect::<Result<_, _>>()?;
+        let first_joint = robot
+            .legs()
+            .iter()
+            .scan(0, |next, leg| {
+                let first = *next;
+                *next += leg.links.len();
+                Some(first)
+            })
+            .collect();
+        Ok(Self {
+            hold_s,
+            ticks,
+            first_joint,
+        })
+    }
+
+    /// The angle commanded to joint `link` of leg `leg` (both from 0) at gait
+    /// time `time_s`: the last one computed before, held. The stance for t ≤ 0.
+    pub fn angle_rad(&self, leg: usize, link: usize, time_s: f64) -> f64 {
+        let tick = whole_ticks(time_s, self.hold_s).min(self.ticks.len() - 1);
+        self.ticks[tick][self.first_joint[leg] + link]
+    }
+}
+
+/// Completed ticks at `time_s`. A hair of tolerance keeps a time that is a
+/// multiple of the tick, but for rounding, on its own side.
+fn whole_ticks(time_s: f64, hold_s: f64) -> usize {
+    let ticks = libm::floor(time_s / hold_s + 1e-6);
+    if ticks > 0.0 { ticks as usize } else { 0 }
+}
+
+fn angles_at(robot: &Robot, gait: &Gait, time_s: f64) -> Result<Vec<f64>, ModelError> {
+    let mut angles_rad = Vec::with_capacity(robot.layout().total_links());
+    for (index, leg) in robot.legs().iter().enumerate() {
+        let target = gait.foot_target(index, leg, time_s);
+        angles_rad.extend(kinematics::inverse(leg, target).map_err(|out_of_reach| {
+            ModelError::Unreachable {
+                leg: index + 1,
+                time_s,
+                x_m: target.x,
+                y_m: target.y,
+                z_m: target.z,
+                miss_m: out_of_reach.miss_m,
+            }
+        })?);
+    }
+    Ok(angles_rad)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_held_between_ticks() {
+        let robot = Robot::jethexa();
+        let commands = JointCommands::new(&robot, &Gait::tripod(), 2.0).unwrap();
+        let at = |time_s| commands.angle_rad(0, 0, time_s);
+        assert_eq!(at(-3.0), at(0.0));
+        assert_eq!(at(1.10), at(1.119));
+        assert_ne!(at(1.10), at(1.12));
+    }
+
+    #[test]
+    fn a_stride_too_long_names_leg_time_and_target() {
+        let gait = Gait {
+            stride_m: 0.5,
+            ..Gait::tripod()
+        };
+        let message = JointCommands::new(&Robot::jethexa(), &gait, 2.0)
+            .unwrap_err()
+            .to_string();
+        assert!(message.starts_with("leg "), "{message}");
+        assert!(message.contains("gait time"), "{message}");
+    }
+
+    #[test]
+    fn a_gait_for_another_number_of_legs_is_refused() {
+        let mut gait = Gait::tripod();
+        gait.phase_offsets.pop();
+        assert!(matches!(
+            JointCommands::new(&Robot::jethexa(), &gait, 1.0),
+            Err(ModelError::LegCount { gait: 5, robot: 6 })
+        ));
+    }
+}

@@ -1,0 +1,268 @@
+//! What the robot is made of when nothing is missing.
+
+mod file;
+
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use crate::{ModelError, morphology::LegLayout};
+
+/// A legged robot in full health: a body, N legs, n_i links in leg i.
+///
+/// Frames follow REP-103 (x forward, y left, z up). Lengths are in metres,
+/// masses in kilograms, angles in radians.
+///
+/// Read one from TOML with [`Robot::from_toml`]; [`Robot::jethexa`] is the
+/// description that ships with the crate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    name: String,
+    body: Body,
+    servo: Servo,
+    legs: Vec<Leg>,
+}
+
+impl Robot {
+    /// The embedded description of the Hiwonder JetHexa, `data/robot/jethexa.toml`.
+    pub const JETHEXA_TOML: &str = include_str!("../../../../data/robot/jethexa.toml");
+
+    /// The Hiwonder JetHexa.
+    pub fn jethexa() -> Self {
+        Self::from_toml(Self::JETHEXA_TOML).expect("the embedded description is checked by a test")
+    }
+
+    /// Reads and checks a robot description.
+    ///
+    /// # Errors
+    /// [`ModelError::Syntax`] with line and column when the text is not TOML of
+    /// the expected form, [`ModelError::Value`] when a value makes no sense.
+    pub fn from_toml(text: &str) -> Result<Self, ModelError> {
+        file::parse(text)
+    }
+
+    /// The robot's name, for people.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The body that carries the legs and the IMU.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// The servo in every joint.
+    pub fn servo(&self) -> &Servo {
+        &self.servo
+    }
+
+    /// The same robot with other servos.
+    ///
+    /// # Errors
+    /// [`ModelError::Value`] when a parameter of the servo makes no sense.
+    pub fn with_servo(mut self, servo: Servo) -> Result<Self, ModelError> {
+        servo.check()?;
+        self.servo = servo;
+        Ok(self)
+    }
+
+    /// The legs, leg 1 first.
+    pub fn legs(&self) -> &[Leg] {
+        &self.legs
+    }
+
+    /// The number of links of each leg: the shape of its morphology vectors.
+    pub fn layout(&self) -> LegLayout {
+        LegLayout::new(self.legs.iter().map(|leg| leg.links.len()))
+            .expect("a robot's legs were counted when it was read")
+    }
+}
+
+/// The body: a rigid box that can touch the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Extent along x, y, z of the box, centred on the body's origin.
+    pub size_m: Vector3<f64>,
+    /// Mass.
+    pub mass_kg: f64,
+    /// Centre of mass in the body frame.
+    pub center_of_mass_m: Point3<f64>,
+    /// Moments of inertia about the centre of mass, along x, y, z.
+    pub inertia_kg_m2: Vector3<f64>,
+}
+
+/// A position servo: a spring and a damper towards the held, delayed and
+/// rate-limited command.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Servo {
+    /// Torque per radian of position error.
+    pub stiffness_nm_per_rad: f64,
+    /// Torque per rad/s of joint speed.
+    pub damping_nm_s_per_rad: f64,
+    /// Largest torque.
+    pub torque_limit_nm: f64,
+    /// Largest speed at which the servo's set point moves.
+    pub speed_limit_rad_per_s: f64,
+    /// How long the controller holds each command.
+    pub command_hold_s: f64,
+    /// Time from a command to its effect.
+    pub latency_s: f64,
+}
+
+impl Servo {
+    fn check(&self) -> Result<(), ModelError> {
+        let positive = "a positive number";
+        let range = ModelError::check_range;
+        range(
+            "servo.stiffness_nm_per_rad",
+            self.stiffness_nm_per_rad,
+            1e-9,
+            1e6,
+            positive,
+        )?;
+        range(
+            "servo.damping_nm_s_per_rad",
+            self.damping_nm_s_per_rad,
+            0.0,
+            1e6,
+            "zero or a positive number",
+        )?;
+        range(
+            "servo.torque_limit_nm",
+            self.torque_limit_nm,
+            1e-9,
+            1e6,
+            positive,
+        )?;
+        range(
+            "servo.speed_limit_rad_per_s",
+            self.speed_limit_rad_per_s,
+            1e-9,
+            1e6,
+            positive,
+        )?;
+        range(
+            "servo.command_hold_s",
+            self.command_hold_s,
+            1e-4,
+            1.0,
+            "0.0001 to 1 s",
+        )?;
+        range("servo.latency_s", self.latency_s, 0.0, 1.0, "0 to 1 s")
+    }
+}
+
+/// A serial chain of links from a hip on the body to a foot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leg {
+    /// Name for people, as in "front left".
+    pub name: String,
+    /// First joint, body frame.
+    pub hip_m: Point3<f64>,
+    /// Direction of the leg's plane seen from above, counter-clockwise from x.
+    pub hip_yaw_rad: f64,
+    /// Where the foot tip stands, seen from above, body frame.
+    pub nominal_foot_m: [f64; 2],
+    /// From the body outward.
+    pub links: Vec<Link>,
+}
+
+impl Leg {
+    /// The hip's frame in the body frame: x along the leg's plane, z up.
+    pub fn hip_frame(&self) -> Isometry3<f64> {
+        Isometry3::from_parts(
+            Translation3::from(self.hip_m),
+            rotation_about(&Vector3::z(), self.hip_yaw_rad),
+        )
+    }
+}
+
+/// One rigid link. Its frame sits in its joint with x along the link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Name for people, as in "femur".
+    pub name: String,
+    /// Which way the joint at its inner end turns.
+    pub joint: JointAxis,
+    /// From this joint to the next, or to the foot tip.
+    pub length_m: f64,
+    /// Mass.
+    pub mass_kg: f64,
+    /// Distance of the centre of mass from the joint, along the link.
+    pub center_of_mass_m: f64,
+    /// Principal moments of inertia about the centre of mass: along the link
+    /// and across it twice.
+    pub inertia_kg_m2: Vector3<f64>,
+    /// Joint angle of the usual posture; picks the branch (knee down) of the
+    /// inverse kinematics.
+    pub posture_rad: f64,
+    /// Joint angle at which a locked link is held clear of the ground.
+    pub locked_rad: f64,
+    /// How the link can touch the ground, if it can.
+    pub contact: Option<ContactShape>,
+}
+
+impl Link {
+    /// Pose of this link's outer end in the frame of its inner neighbour, with
+    /// the joint at `angle_rad`.
+    pub fn tip_frame(&self, angle_rad: f64) -> Isometry3<f64> {
+        let rotation = rotation_about(&self.joint.direction(), angle_rad);
+        Isometry3::from_parts(
+            Translation3::from(rotation * Vector3::new(self.length_m, 0.0, 0.0)),
+            rotation,
+        )
+    }
+}
+
+/// The axis of a revolute joint, in the frame of the link before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum JointAxis {
+    /// Turns about z: a positive angle turns the link to the left.
+    Yaw,
+    /// Turns about the leg plane's normal: a positive angle lifts the link.
+    Lift,
+}
+
+impl JointAxis {
+    /// Unit vector of the axis. A right-handed turn about -y takes x towards z.
+    pub fn direction(self) -> Vector3<f64> {
+        match self {
+            Self::Yaw => Vector3::z(),
+            Self::Lift => -Vector3::y(),
+        }
+    }
+}
+
+/// How a link can touch the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactShape {
+    /// Anywhere along its length.
+    Capsule {
+        /// Radius of the capsule around the link's axis.
+        radius_m: f64,
+    },
+    /// With a sphere whose outermost point is the foot tip.
+    Foot {
+        /// Radius of the sphere.
+        radius_m: f64,
+    },
+}
+
+/// Rotation by `angle_rad` about the unit vector `axis`, with the same bits on
+/// every platform.
+pub(crate) fn rotation_about(axis: &Vector3<f64>, angle_rad: f64) -> UnitQuaternion<f64> {
+    let (sin, cos) = libm::sincos(angle_rad / 2.0);
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::from_parts(cos, axis * sin))
+}
+
+/// Rotation matrix of roll, pitch, yaw (REP-103): `Rz(yaw) Ry(pitch) Rx(roll)`.
+pub fn rotation_from_roll_pitch_yaw(
+    roll_rad: f64,
+    pitch_rad: f64,
+    yaw_rad: f64,
+) -> Rotation3<f64> {
+    (rotation_about(&Vector3::z(), yaw_rad)
+        * rotation_about(&Vector3::y(), pitch_rad)
+        * rotation_about(&Vector3::x(), roll_rad))
+    .to_rotation_matrix()
+}

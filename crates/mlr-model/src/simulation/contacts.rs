@@ -1,0 +1,49 @@
+//! What of the robot can touch the ground.
+
+use nalgebra::Vector3;
+use rapier3d::prelude::*;
+
+use super::GroundContact;
+use crate::robot::{Body, ContactShape, Link};
+
+/// The robot's parts never touch each other: each only meets the ground.
+const ROBOT: Group = Group::GROUP_1;
+const GROUND: Group = Group::GROUP_2;
+
+pub(super) fn ground(shape: SharedShape, pose: Pose, contact: &GroundContact) -> Collider {
+    surface(ColliderBuilder::new(shape), contact)
+        .position(pose)
+        .collision_groups(InteractionGroups::new(GROUND, ROBOT, InteractionTestMode::And))
+        .build()
+}
+
+pub(super) fn body(body: &Body, contact: &GroundContact) -> Collider {
+    let half: Vector3<f32> = (body.size_m / 2.0).cast();
+    robot_part(ColliderBuilder::cuboid(half.x, half.y, half.z), contact)
+}
+
+pub(super) fn link(link: &Link, contact: &GroundContact) -> Option<Collider> {
+    let length_m = link.length_m as f32;
+    let builder = match link.contact? {
+        ContactShape::Capsule { radius_m } => ColliderBuilder::capsule_from_endpoints(
+            Vector::ZERO,
+            Vector::new(length_m, 0.0, 0.0),
+            radius_m as f32,
+        ),
+        ContactShape::Foot { radius_m } => ColliderBuilder::ball(radius_m as f32)
+            .translation(Vector::new(length_m - radius_m as f32, 0.0, 0.0)),
+    };
+    Some(robot_part(builder, contact))
+}
+
+fn robot_part(builder: ColliderBuilder, contact: &GroundContact) -> Collider {
+    surface(builder, contact)
+        .collision_groups(InteractionGroups::new(ROBOT, GROUND, InteractionTestMode::And))
+        .build()
+}
+
+/// Massless (the links carry the masses), with the friction of the pair on both
+/// sides so that rapier's average is that friction.
+fn surface(builder: ColliderBuilder, contact: &GroundContact) -> ColliderBuilder {
+    builder.density(0.0).friction(contact.friction as f32)
+}

@@ -1,0 +1,99 @@
+//! Walking the damaged robot.
+
+mod contacts;
+mod servo_state;
+mod settings;
+mod trajectory;
+mod world;
+
+pub use settings::{GroundContact, LostLinks, Record, SimulationSettings};
+pub use trajectory::{Outcome, Trajectory};
+
+use rapier3d::prelude::SharedShape;
+
+use crate::{Gait, JointCommands, ModelError, Morphology, Robot};
+use trajectory::Recorder;
+use world::World;
+
+/// Simulates one robot with one gait for any morphology.
+///
+/// What does not depend on the morphology (joint commands, terrain) is prepared
+/// once. A `Simulator` can be shared between threads; every simulation has a
+/// world of its own.
+#[derive(Debug)]
+pub struct Simulator {
+    robot: Robot,
+    commands: JointCommands,
+    settings: SimulationSettings,
+    ground: SharedShape,
+}
+
+impl Simulator {
+    /// Checks that the robot can follow the gait and prepares it.
+    ///
+    /// # Errors
+    /// [`ModelError::Unreachable`] or [`ModelError::LegCount`] when robot and gait
+    /// do not fit, [`ModelError::Value`] when a setting makes no sense.
+    pub fn new(
+        robot: Robot,
+        gait: &Gait,
+        settings: SimulationSettings,
+    ) -> Result<Self, ModelError> {
+        settings.check()?;
+        let commands = JointCommands::new(&robot, gait, settings.duration_s)?;
+        let (ground, _) = settings.terrain.level_shape();
+        Ok(Self {
+            robot,
+            commands,
+            settings,
+            ground,
+        })
+    }
+
+    /// The robot in full health.
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// The settings of every simulation.
+    pub fn settings(&self) -> &SimulationSettings {
+        &self.settings
+    }
+
+    /// Lets the robot with `morphology` stand for the settling time and then
+    /// walk for the duration of the settings.
+    ///
+    /// # Panics
+    /// When `morphology` belongs to a robot with other legs.
+    pub fn simulate(&self, morphology: &Morphology) -> Outcome {
+        assert_eq!(
+            morphology.layout(),
+            self.robot.layout(),
+            "the morphology must have the robot's legs and links"
+        );
+        let time_step_s = self.settings.time_step_s;
+        let settling_steps = whole_steps(self.settings.settle_s, time_step_s);
+        let walking_steps = whole_steps(self.settings.duration_s, time_step_s);
+        let mut world = World::new(self, morphology);
+        let mut recorder = Recorder::new(self.settings.record, time_step_s, walking_steps);
+        for step in -settling_steps..=walking_steps {
+            let time_s = step as f64 * time_step_s;
+            if step >= 0 {
+                recorder.record(&world);
+            }
+            if step < walking_steps && !world.step(&self.commands, time_s) {
+                return Outcome::Diverged { at_s: time_s };
+            }
+        }
+        match recorder.finish() {
+            Some(trajectory) => Outcome::Walked(trajectory),
+            None => Outcome::Diverged {
+                at_s: self.settings.duration_s,
+            },
+        }
+    }
+}
+
+fn whole_steps(duration_s: f64, time_step_s: f64) -> i64 {
+    libm::round(duration_s / time_step_s) as i64
+}

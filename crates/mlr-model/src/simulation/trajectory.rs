@@ -1,0 +1,103 @@
+use mlr_filter::{Axes, OrientationSeries};
+
+use super::{Record, world::World};
+
+/// How a simulation ended.
+#[derive(Debug, Clone)]
+pub enum Outcome {
+    /// The robot walked to the end.
+    Walked(Trajectory),
+    /// The state stopped being finite; nothing after this gait time means
+    /// anything.
+    Diverged {
+        /// Gait time of the first bad step.
+        at_s: f64,
+    },
+}
+
+/// What the robot did, sampled once per time step from gait time 0 on.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    /// Roll, pitch and unwrapped yaw of the body.
+    pub orientation: OrientationSeries,
+    /// Position of the body's origin, world frame, if recorded.
+    pub position_m: Option<Vec<[f64; 3]>>,
+    /// Force of the ground on the body (first entry) and on each leg, in
+    /// newtons along the contact normals, if recorded.
+    pub contact_force_n: Option<Vec<Vec<f64>>>,
+    /// Torque of each present joint's servo, leg by leg from the body outward,
+    /// if recorded.
+    pub torque_nm: Option<Vec<Vec<f64>>>,
+}
+
+/// Collects a [`Trajectory`].
+pub(super) struct Recorder {
+    times_s: Vec<f64>,
+    angles_rad: Axes<Vec<f64>>,
+    time_step_s: f64,
+    position_m: Option<Vec<[f64; 3]>>,
+    contact_force_n: Option<Vec<Vec<f64>>>,
+    torque_nm: Option<Vec<Vec<f64>>>,
+}
+
+impl Recorder {
+    pub(super) fn new(record: Record, time_step_s: f64, steps: i64) -> Self {
+        let samples = usize::try_from(steps + 1).unwrap_or(0);
+        Self {
+            times_s: Vec::with_capacity(samples),
+            angles_rad: Axes::from_fn(|_| Vec::with_capacity(samples)),
+            time_step_s,
+            position_m: record.position.then(Vec::new),
+            contact_force_n: record.contacts.then(Vec::new),
+            torque_nm: record.torques.then(Vec::new),
+        }
+    }
+
+    pub(super) fn record(&mut self, world: &World<'_>) {
+        let mut angles_rad = world.roll_pitch_yaw_rad();
+        if let Some(previous) = self.angles_rad.yaw.last() {
+            angles_rad.yaw = unwrap(*previous, angles_rad.yaw);
+        }
+        self.times_s
+            .push(self.times_s.len() as f64 * self.time_step_s);
+        self.angles_rad.push(angles_rad);
+        if let Some(positions) = &mut self.position_m {
+            positions.push(world.position_m());
+        }
+        if let Some(forces) = &mut self.contact_force_n {
+            forces.push(world.contact_force_n());
+        }
+        if let Some(torques) = &mut self.torque_nm {
+            torques.push(world.torque_nm());
+        }
+    }
+
+    /// `None` when an angle is not finite.
+    pub(super) fn finish(self) -> Option<Trajectory> {
+        Some(Trajectory {
+            orientation: OrientationSeries::new(self.times_s, self.angles_rad).ok()?,
+            position_m: self.position_m,
+            contact_force_n: self.contact_force_n,
+            torque_nm: self.torque_nm,
+        })
+    }
+}
+
+/// The angle equal to `angle_rad` up to full turns that lies nearest to
+/// `previous_rad`.
+fn unwrap(previous_rad: f64, angle_rad: f64) -> f64 {
+    const TURN: f64 = std::f64::consts::TAU;
+    angle_rad + libm::round((previous_rad - angle_rad) / TURN) * TURN
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unwrapping_follows_across_the_seam() {
+        let turned = unwrap(3.1, -3.1);
+        assert!((turned - (std::f64::consts::TAU - 3.1)).abs() < 1e-12);
+        assert_eq!(unwrap(0.1, 0.2), 0.2);
+    }
+}

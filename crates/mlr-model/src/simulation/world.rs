@@ -1,0 +1,419 @@
+//! The damaged robot as a rapier3d multibody on its ground.
+
+use mlr_filter::Axes;
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Vector3};
+use rapier3d::prelude::*;
+
+use super::{LostLinks, Simulator, contacts, servo_state::ServoState};
+use crate::{
+    JointAxis, JointCommands, Morphology, Servo, kinematics,
+    robot::{ContactShape, Leg, Link, rotation_about},
+};
+
+/// Gravity, m/s² along z.
+const GRAVITY: f32 = -9.81;
+/// Rapier's tolerances are made for objects of a metre; this robot's are a tenth.
+const LENGTH_UNIT: f32 = 0.1;
+/// The robot is set down this far above the ground.
+const START_CLEARANCE_M: f64 = 1e-4;
+
+/// One robot on one ground.
+pub(super) struct World<'a> {
+    servo: &'a Servo,
+    time_step_s: f64,
+    pipeline: PhysicsPipeline,
+    parameters: IntegrationParameters,
+    islands: IslandManager,
+    broad_phase: DefaultBroadPhase,
+    narrow_phase: NarrowPhase,
+    bodies: RigidBodySet,
+    colliders: ColliderSet,
+    impulse_joints: ImpulseJointSet,
+    multibody_joints: MultibodyJointSet,
+    soft_bodies: SoftBodySet,
+    ccd_solver: CCDSolver,
+    body: RigidBodyHandle,
+    legs: usize,
+    /// In the order of the multibody's links.
+    joints: Vec<Joint>,
+    multibody: Option<MultibodyIndex>,
+    /// What each collider belongs to: the body is 0, leg i is i + 1.
+    owners: Vec<(ColliderHandle, usize)>,
+}
+
+struct Joint {
+    leg: usize,
+    link: usize,
+    servo: ServoState,
+}
+
+impl<'a> World<'a> {
+    /// Sets the robot down on its feet, parallel to the ground, joints at the
+    /// stance.
+    pub(super) fn new(simulator: &'a Simulator, morphology: &Morphology) -> Self {
+        let mut world = Self::empty(simulator);
+        let start = start_pose(simulator, morphology);
+        let body = simulator.robot.body();
+        let mut body_mass = RigidMass::new(
+            body.mass_kg,
+            body.center_of_mass_m.coords,
+            Matrix3::from_diagonal(&body.inertia_kg_m2),
+        );
+        if simulator.settings.lost_links == LostLinks::Locked {
+            for (index, leg) in simulator.robot.legs().iter().enumerate() {
+                if morphology.remaining(index) == 0 {
+                    body_mass.attach_locked(&leg.links, leg.hip_frame());
+                }
+            }
+        }
+        world.body = world.bodies.insert(
+            RigidBodyBuilder::dynamic()
+                .pose(to_pose(&start))
+                .can_sleep(false)
+                .additional_mass_properties(body_mass.properties()),
+        );
+        world.add_collider(
+            contacts::body(body, &simulator.settings.contact),
+            world.body,
+            0,
+        );
+        for (index, leg) in simulator.robot.legs().iter().enumerate() {
+            world.add_leg(simulator, index, leg, morphology.remaining(index), &start);
+        }
+        world.set_stance(&simulator.commands);
+        world
+    }
+
+    fn empty(simulator: &'a Simulator) -> Self {
+        let settings = &simulator.settings;
+        let mut world = Self {
+            servo: simulator.robot.servo(),
+            time_step_s: settings.time_step_s,
+            pipeline: PhysicsPipeline::new(),
+            parameters: IntegrationParameters {
+                dt: settings.time_step_s as f32,
+                num_solver_iterations: settings.substeps,
+                length_unit: LENGTH_UNIT,
+                static_contact_softness: SpringCoefficients::new(
+                    settings.contact.natural_frequency_hz as f32,
+                    settings.contact.damping_ratio as f32,
+                ),
+                // Recycled contacts may be stale by millimetres, and a walking
+                // robot is never fast enough to tunnel.
+                contact_recycling: false,
+                max_ccd_substeps: 0,
+                ..Default::default()
+            },
+            islands: IslandManager::new(),
+            broad_phase: DefaultBroadPhase::new(),
+            narrow_phase: NarrowPhase::new(),
+            bodies: RigidBodySet::new(),
+            colliders: ColliderSet::new(),
+            impulse_joints: ImpulseJointSet::new(),
+            multibody_joints: MultibodyJointSet::new(),
+            soft_bodies: SoftBodySet::new(),
+            ccd_solver: CCDSolver::new(),
+            body: RigidBodyHandle::invalid(),
+            legs: simulator.robot.legs().len(),
+            joints: Vec::new(),
+            multibody: None,
+            owners: Vec::new(),
+        };
+        let (_, up) = settings.terrain.level_shape();
+        let pose = Isometry3::from_parts(
+            Translation3::identity(),
+            settings.terrain.inclination() * up,
+        );
+        world.colliders.insert(contacts::ground(
+            simulator.ground.clone(),
+            to_pose(&pose),
+            &settings.contact,
+        ));
+        world
+    }
+
+    fn add_collider(&mut self, collider: Collider, part: RigidBodyHandle, owner: usize) {
+        let handle = self
+            .colliders
+            .insert_with_parent(collider, part, &mut self.bodies);
+        self.owners.push((handle, owner));
+    }
+
+    /// Hangs the leg's `remaining` links on the body, each by a revolute joint.
+    fn add_leg(
+        &mut self,
+        simulator: &Simulator,
+        index: usize,
+        leg: &Leg,
+        remaining: usize,
+        start: &Isometry3<f64>,
+    ) {
+        let mut parent = self.body;
+        let mut frame_in_parent = leg.hip_frame();
+        for (link_index, link) in leg.links[..remaining].iter().enumerate() {
+            let mut mass = RigidMass::of_link(link);
+            if link_index + 1 == remaining && simulator.settings.lost_links == LostLinks::Locked {
+                mass.attach_locked(&leg.links[remaining..], outer_end(link));
+            }
+            let part = self.bodies.insert(
+                RigidBodyBuilder::dynamic()
+                    .pose(to_pose(start))
+                    .can_sleep(false)
+                    .additional_mass_properties(mass.properties()),
+            );
+            let hinge = hinge_frame(link.joint);
+            let joint = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
+                .local_frame1(to_pose(&(frame_in_parent * hinge)))
+                .local_frame2(to_pose(&hinge))
+                .contacts_enabled(false);
+            let handle = self
+                .multibody_joints
+                .insert(parent, part, joint, true)
+                .expect("every link is new, so no loop can close");
+            self.multibody = self
+                .multibody_joints
+                .rigid_body_link(part)
+                .map(|id| id.multibody)
+                .or(self.multibody);
+            debug_assert!(self.multibody_joints.get(handle).is_some());
+            self.joints.push(Joint {
+                leg: index,
+                link: link_index,
+                servo: ServoState::at(simulator.commands.angle_rad(index, link_index, 0.0)),
+            });
+            if let Some(collider) = contacts::link(link, &simulator.settings.contact) {
+                self.add_collider(collider, part, index + 1);
+            }
+            parent = part;
+            frame_in_parent = outer_end(link);
+        }
+    }
+
+    /// Bends the joints to the stance and gives them the servo's damping; the
+    /// free body keeps none of rapier's default damping.
+    fn set_stance(&mut self, commands: &JointCommands) {
+        let Some(multibody) = self
+            .multibody
+            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
+        else {
+            return;
+        };
+        let mut displacements = vec![0.0; multibody.ndofs()];
+        multibody.damping_mut().fill(0.0);
+        for (index, joint) in self.joints.iter().enumerate() {
+            let freedom = multibody.link(index + 1).map_or(0, MultibodyLink::assembly_id);
+            displacements[freedom] = commands.angle_rad(joint.leg, joint.link, 0.0) as f32;
+            multibody.damping_mut()[freedom] = self.servo.damping_nm_s_per_rad as f32;
+        }
+        multibody.apply_displacements(&displacements);
+        multibody.forward_kinematics(&self.bodies, true);
+        multibody.update_rigid_bodies(&mut self.bodies, true);
+    }
+
+    /// Drives the servos with the commands of gait time `time_s` and advances by
+    /// one time step. Returns whether the state is still finite.
+    pub(super) fn step(&mut self, commands: &JointCommands, time_s: f64) -> bool {
+        self.drive_servos(commands, time_s - self.servo.latency_s);
+        self.pipeline.step(
+            Vector::new(0.0, 0.0, GRAVITY),
+            &self.parameters,
+            &mut self.islands,
+            &mut self.broad_phase,
+            &mut self.narrow_phase,
+            &mut self.bodies,
+            &mut self.colliders,
+            &mut self.impulse_joints,
+            &mut self.multibody_joints,
+            &mut self.soft_bodies,
+            &mut self.ccd_solver,
+            &(),
+            &(),
+        );
+        let pose = self.bodies[self.body].position();
+        self.pipeline.quarantine().is_empty()
+            && pose.translation.is_finite()
+            && pose.rotation.is_finite()
+    }
+
+    fn drive_servos(&mut self, commands: &JointCommands, command_time_s: f64) {
+        let Some(multibody) = self
+            .multibody
+            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
+        else {
+            return;
+        };
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            let Some(freedom) = multibody.link(index + 1).map(MultibodyLink::assembly_id) else {
+                continue;
+            };
+            let speed_rad_per_s = multibody.generalized_velocity()[freedom];
+            let command_rad = commands.angle_rad(joint.leg, joint.link, command_time_s);
+            if let Some(link) = multibody.link_mut(index + 1) {
+                joint.servo.drive(
+                    self.servo,
+                    command_rad,
+                    speed_rad_per_s,
+                    self.time_step_s,
+                    link,
+                );
+            }
+        }
+    }
+
+    /// Roll, pitch and yaw of the body, yaw within ±π.
+    pub(super) fn roll_pitch_yaw_rad(&self) -> Axes<f64> {
+        let rotation = self.bodies[self.body].position().rotation;
+        let [x, y, z, w] = [rotation.x, rotation.y, rotation.z, rotation.w].map(f64::from);
+        let sin_pitch = 2.0 * (w * y - z * x);
+        Axes {
+            roll: libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+            pitch: libm::asin(sin_pitch.clamp(-1.0, 1.0)),
+            yaw: libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        }
+    }
+
+    pub(super) fn position_m(&self) -> [f64; 3] {
+        let position = self.bodies[self.body].position().translation;
+        [position.x, position.y, position.z].map(f64::from)
+    }
+
+    /// Normal force of the ground on the body (first) and on each leg.
+    pub(super) fn contact_force_n(&self) -> Vec<f64> {
+        let mut force_n = vec![0.0; self.legs + 1];
+        for (collider, owner) in &self.owners {
+            let impulse: f32 = self
+                .narrow_phase
+                .contact_pairs_with(*collider)
+                .map(ContactPair::total_impulse_magnitude)
+                .sum();
+            force_n[*owner] += f64::from(impulse) / self.time_step_s;
+        }
+        force_n
+    }
+
+    pub(super) fn torque_nm(&self) -> Vec<f64> {
+        self.joints
+            .iter()
+            .map(|joint| joint.servo.torque_nm())
+            .collect()
+    }
+}
+
+/// Parallel to the ground at the origin, the lowest contact just above it.
+fn start_pose(simulator: &Simulator, morphology: &Morphology) -> Isometry3<f64> {
+    let robot = &simulator.robot;
+    let mut lowest_m = -robot.body().size_m.z / 2.0;
+    for (index, leg) in robot.legs().iter().enumerate() {
+        let angles_rad: Vec<f64> = (0..morphology.remaining(index))
+            .map(|link| simulator.commands.angle_rad(index, link, 0.0))
+            .collect();
+        let tip = kinematics::foot_tip(leg, &angles_rad);
+        let radius_m = match angles_rad.len().checked_sub(1).map(|last| leg.links[last].contact) {
+            Some(Some(ContactShape::Capsule { radius_m } | ContactShape::Foot { radius_m })) => {
+                radius_m
+            }
+            _ => 0.0,
+        };
+        lowest_m = lowest_m.min(tip.z - radius_m);
+    }
+    let terrain = &simulator.settings.terrain;
+    let height_m = terrain.highest_m() + START_CLEARANCE_M - lowest_m;
+    let inclination = terrain.inclination();
+    Isometry3::from_parts(
+        (inclination * Vector3::new(0.0, 0.0, height_m)).into(),
+        inclination,
+    )
+}
+
+/// Turns x, rapier's free axis of a revolute joint, to the joint's own axis.
+fn hinge_frame(axis: JointAxis) -> Isometry3<f64> {
+    let towards = match axis {
+        JointAxis::Yaw => Vector3::y(),
+        JointAxis::Lift => Vector3::z(),
+    };
+    Isometry3::from_parts(
+        Translation3::identity(),
+        rotation_about(&towards, -std::f64::consts::FRAC_PI_2),
+    )
+}
+
+fn outer_end(link: &Link) -> Isometry3<f64> {
+    Isometry3::translation(link.length_m, 0.0, 0.0)
+}
+
+fn to_pose(isometry: &Isometry3<f64>) -> Pose {
+    let translation: Vector3<f32> = isometry.translation.vector.cast();
+    let rotation = isometry.rotation.quaternion().coords.cast::<f32>();
+    Pose::from_parts(
+        Vector::new(translation.x, translation.y, translation.z),
+        Rotation::from_xyzw(rotation.x, rotation.y, rotation.z, rotation.w),
+    )
+}
+
+/// Mass, centre of mass and inertia about it of a rigid part, in its own frame.
+struct RigidMass {
+    mass_kg: f64,
+    center_m: Vector3<f64>,
+    inertia_kg_m2: Matrix3<f64>,
+}
+
+impl RigidMass {
+    fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
+        Self {
+            mass_kg,
+            center_m,
+            inertia_kg_m2,
+        }
+    }
+
+    fn of_link(link: &Link) -> Self {
+        Self::new(
+            link.mass_kg,
+            Vector3::new(link.center_of_mass_m, 0.0, 0.0),
+            Matrix3::from_diagonal(&link.inertia_kg_m2),
+        )
+    }
+
+    /// Adds `links` rigidly, each at its locked angle, the first one's joint at
+    /// `frame`.
+    fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
+        let mut joint = frame;
+        for link in links {
+            let rotation = rotation_about(&link.joint.direction(), link.locked_rad);
+            joint.rotation *= rotation;
+            self.attach(&Self::of_link(link), &joint);
+            joint *= outer_end(link);
+        }
+    }
+
+    /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem).
+    fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
+        let other_center = (frame * Point3::from(other.center_m)).coords;
+        let turn = frame.rotation.to_rotation_matrix();
+        let other_inertia = turn * other.inertia_kg_m2 * turn.transpose();
+        let mass_kg = self.mass_kg + other.mass_kg;
+        let center_m =
+            (self.center_m * self.mass_kg + other_center * other.mass_kg) / mass_kg;
+        self.inertia_kg_m2 = self.inertia_kg_m2
+            + shift(self.mass_kg, self.center_m - center_m)
+            + other_inertia
+            + shift(other.mass_kg, other_center - center_m);
+        self.mass_kg = mass_kg;
+        self.center_m = center_m;
+    }
+
+    fn properties(&self) -> MassProperties {
+        let center: Vector3<f32> = self.center_m.cast();
+        let inertia: Matrix3<f32> = self.inertia_kg_m2.cast();
+        MassProperties::with_inertia_matrix(
+            Vector::new(center.x, center.y, center.z),
+            self.mass_kg as f32,
+            rapier3d::math::Matrix::from_cols_array_2d(&inertia.data.0),
+        )
+    }
+}
+
+/// Inertia of a point mass at `offset`.
+fn shift(mass_kg: f64, offset: Vector3<f64>) -> Matrix3<f64> {
+    (Matrix3::identity() * offset.norm_squared() - offset * offset.transpose()) * mass_kg
+}
