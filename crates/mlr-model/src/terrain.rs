@@ -6,13 +6,15 @@ use rand_chacha::ChaCha8Rng;
 use rapier3d::math::Vector;
 use rapier3d::parry::utils::Array2;
 use rapier3d::prelude::SharedShape;
+use serde::{Deserialize, Serialize};
 
 use crate::ModelError;
 
 /// A plane of any inclination, smooth or covered with rubble.
 ///
 /// The robot starts at the origin, parallel to the plane.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Terrain {
     /// Angle between the plane and the horizontal.
     pub slope_rad: f64,
@@ -24,7 +26,8 @@ pub struct Terrain {
 }
 
 /// Random heights on a square grid, with triangles between them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Roughness {
     /// Heights are uniform between zero and this.
     pub height_m: f64,

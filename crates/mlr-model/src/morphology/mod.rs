@@ -127,28 +127,25 @@ impl Morphology {
             rest = others;
             own.iter().filter(|&&exists| exists).count()
         });
-        Ok(Self::from_remaining(layout, remaining))
-    }
-
-    /// `remaining` links of each leg, at most n_i.
-    fn from_remaining(layout: &LegLayout, remaining: impl IntoIterator<Item = usize>) -> Self {
-        Self {
-            legs: layout
-                .0
-                .iter()
-                .zip(remaining)
-                .map(|(&links, remaining)| LegState {
-                    links,
-                    remaining: u8::try_from(remaining).unwrap_or(links).min(links),
-                })
-                .collect(),
-        }
+        Ok(remaining
+            .enumerate()
+            .fold(Self::healthy(layout), |morphology, (leg, remaining)| {
+                morphology.with_remaining(leg, remaining)
+            }))
     }
 
     /// The same morphology with the whole of leg `leg` (from 0) gone.
     #[must_use]
-    pub fn without_leg(mut self, leg: usize) -> Self {
-        self.legs[leg].remaining = 0;
+    pub fn without_leg(self, leg: usize) -> Self {
+        self.with_remaining(leg, 0)
+    }
+
+    /// The same morphology with the innermost `remaining` links of leg `leg`
+    /// (from 0), all of them if it has fewer.
+    #[must_use]
+    pub fn with_remaining(mut self, leg: usize, remaining: usize) -> Self {
+        let state = &mut self.legs[leg];
+        state.remaining = u8::try_from(remaining).map_or(state.links, |n| n.min(state.links));
         self
     }
 

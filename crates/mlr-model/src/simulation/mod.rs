@@ -71,17 +71,19 @@ impl Simulator {
             self.robot.layout(),
             "the morphology must have the robot's legs and links"
         );
-        let time_step_s = self.settings.time_step_s;
-        let settling_steps = whole_steps(self.settings.settle_s, time_step_s);
-        let walking_steps = whole_steps(self.settings.duration_s, time_step_s);
+        let settings = &self.settings;
+        let steps = |duration_s| whole_steps(duration_s, settings.time_step_s);
+        let walking = steps(settings.duration_s);
+        let standing = steps(settings.stand_s);
+        let settling = steps(settings.settle_s);
         let mut world = World::new(self, morphology);
-        let mut recorder = Recorder::new(self.settings.record, time_step_s, walking_steps);
-        for step in -settling_steps..=walking_steps {
-            let time_s = step as f64 * time_step_s;
-            if step >= 0 {
-                recorder.record(&world);
+        let mut recorder = Recorder::new(settings.record);
+        for step in -(settling + standing)..=walking {
+            let time_s = step as f64 * settings.time_step_s;
+            if step >= -standing {
+                recorder.record(&world, time_s);
             }
-            if step < walking_steps && !world.step(&self.commands, time_s) {
+            if step < walking && !world.step(&self.commands, time_s) {
                 return Outcome::Diverged { at_s: time_s };
             }
         }

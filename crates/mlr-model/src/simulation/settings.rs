@@ -3,13 +3,16 @@ use serde::{Deserialize, Serialize};
 use crate::{ModelError, Terrain};
 
 /// How a simulation is run. The defaults are the nominal model.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct SimulationSettings {
     /// How long the robot walks.
     pub duration_s: f64,
-    /// How long it stands before it walks, so that servos and contacts are at
-    /// rest when gait time starts.
+    /// How long it stands before anything is recorded, so that servos and
+    /// contacts come to rest.
     pub settle_s: f64,
+    /// How long it is then recorded standing before it walks.
+    pub stand_s: f64,
     /// Time between two samples and between two collision detections.
     pub time_step_s: f64,
     /// Solver steps per time step.
@@ -21,18 +24,19 @@ pub struct SimulationSettings {
     /// The shape of the ground.
     pub terrain: Terrain,
     /// What to keep besides orientation.
+    #[serde(skip)]
     pub record: Record,
 }
 
 impl Default for SimulationSettings {
     /// 5 s of walking after 0.5 s of standing, on flat ground. Time step and
-    /// substeps are the choice of the convergence study (`cargo run --release
-    /// -p mlr-model --example convergence`).
+    /// substeps are the choice of the convergence study (`docs/convergence.md`).
     fn default() -> Self {
         Self {
             duration_s: 5.0,
             settle_s: 0.5,
-            time_step_s: 0.004,
+            stand_s: 0.0,
+            time_step_s: 0.010,
             substeps: 1,
             lost_links: LostLinks::default(),
             contact: GroundContact::default(),
@@ -47,6 +51,7 @@ impl SimulationSettings {
         let range = ModelError::check_range;
         range("duration_s", self.duration_s, 0.01, 3600.0, "0.01 to 3600 s")?;
         range("settle_s", self.settle_s, 0.0, 60.0, "0 to 60 s")?;
+        range("stand_s", self.stand_s, 0.0, 3600.0, "0 to 3600 s")?;
         range(
             "time_step_s",
             self.time_step_s,
@@ -90,7 +95,8 @@ pub enum LostLinks {
 }
 
 /// The contact law between robot and ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct GroundContact {
     /// Coulomb friction coefficient.
     pub friction: f64,

@@ -15,7 +15,8 @@ pub enum Outcome {
     },
 }
 
-/// What the robot did, sampled once per time step from gait time 0 on.
+/// What the robot did, sampled once per time step. The walk starts at time 0;
+/// recorded standing has negative times.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     /// Roll, pitch and unwrapped yaw of the body.
@@ -34,32 +35,28 @@ pub struct Trajectory {
 pub(super) struct Recorder {
     times_s: Vec<f64>,
     angles_rad: Axes<Vec<f64>>,
-    time_step_s: f64,
     position_m: Option<Vec<[f64; 3]>>,
     contact_force_n: Option<Vec<Vec<f64>>>,
     torque_nm: Option<Vec<Vec<f64>>>,
 }
 
 impl Recorder {
-    pub(super) fn new(record: Record, time_step_s: f64, steps: i64) -> Self {
-        let samples = usize::try_from(steps + 1).unwrap_or(0);
+    pub(super) fn new(record: Record) -> Self {
         Self {
-            times_s: Vec::with_capacity(samples),
-            angles_rad: Axes::from_fn(|_| Vec::with_capacity(samples)),
-            time_step_s,
+            times_s: Vec::new(),
+            angles_rad: Axes::default(),
             position_m: record.position.then(Vec::new),
             contact_force_n: record.contacts.then(Vec::new),
             torque_nm: record.torques.then(Vec::new),
         }
     }
 
-    pub(super) fn record(&mut self, world: &World<'_>) {
+    pub(super) fn record(&mut self, world: &World<'_>, time_s: f64) {
         let mut angles_rad = world.roll_pitch_yaw_rad();
         if let Some(previous) = self.angles_rad.yaw.last() {
             angles_rad.yaw = unwrap(*previous, angles_rad.yaw);
         }
-        self.times_s
-            .push(self.times_s.len() as f64 * self.time_step_s);
+        self.times_s.push(time_s);
         self.angles_rad.push(angles_rad);
         if let Some(positions) = &mut self.position_m {
             positions.push(world.position_m());

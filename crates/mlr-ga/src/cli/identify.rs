@@ -1,0 +1,222 @@
+//! `mlr-ga identify`.
+
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use mlr_ga::{Identification, IdentifySettings, LossHypothesis, Search, identify};
+use mlr_imu::{Columns, read_log};
+use serde::Serialize;
+
+use super::{
+    model_files::{self, ModelFiles},
+    output,
+    progress::Bar,
+};
+
+/// Version of the JSON output.
+const SCHEMA: &str = "mlr.identification/1";
+
+#[derive(Debug, Args)]
+pub(super) struct IdentifyOptions {
+    /// The log: .csv or .csv.gz with the columns t_s, roll_rad, pitch_rad, yaw_rad.
+    log: PathBuf,
+    /// How to search the morphologies.
+    #[arg(long, value_enum, default_value_t = SearchName::Ga)]
+    search: SearchName,
+    /// Run the genetic algorithm N times and report the most frequent result.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    repeats: u64,
+    /// Makes every run repeatable.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// Length of the compared stretch [default: 5 s].
+    #[arg(long, value_name = "SECONDS")]
+    window_s: Option<f64>,
+    /// What lost links may have become [default: either].
+    #[arg(long, value_enum)]
+    lost_links: Option<LossName>,
+    /// Friction between feet and ground [default: 0.7].
+    #[arg(long, value_name = "MU")]
+    friction: Option<f64>,
+    /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw and the units
+    /// s, ms, us, ns, rad, deg.
+    #[arg(long, value_name = "MAPPING")]
+    column: Vec<String>,
+    /// All settings, in TOML; options override it.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    model: ModelFiles,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum SearchName {
+    /// The paper's genetic algorithm.
+    Ga,
+    /// Every feasible morphology.
+    Exact,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum LossName {
+    /// Gone.
+    Absent,
+    /// Locked clear of the ground.
+    Locked,
+    /// Whichever fits better.
+    Either,
+}
+
+/// The JSON object.
+#[derive(Serialize)]
+struct Report<'a> {
+    schema: &'static str,
+    log: &'a Path,
+    search: SearchName,
+    seed: u64,
+    #[serde(flatten)]
+    identification: &'a Identification,
+    elapsed_s: f64,
+}
+
+pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let settings = options.settings()?;
+    let mut columns = Columns::default();
+    for mapping in &options.column {
+        columns.rename(mapping).context("--column")?;
+    }
+    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let recording = read_log(&options.log, &columns)?;
+    let search = match options.search {
+        SearchName::Ga => Search::Genetic {
+            repeats: usize::try_from(options.repeats).context("--repeats")?,
+        },
+        SearchName::Exact => Search::Exact,
+    };
+    let bar = Bar::new();
+    let answer = identify(recording, &robot, &gait, &settings, search, options.seed, &bar);
+    bar.clear();
+    let identification = answer.with_context(|| options.log.display().to_string())?;
+    for warning in &identification.warnings {
+        output::warning(warning);
+    }
+    let report = Report {
+        schema: SCHEMA,
+        log: &options.log,
+        search: options.search,
+        seed: options.seed,
+        identification: &identification,
+        elapsed_s: started.elapsed().as_secs_f64(),
+    };
+    let text = if options.json {
+        serde_json::to_string(&report)? + "\n"
+    } else {
+        report.table()
+    };
+    output::result(&text)?;
+    Ok(())
+}
+
+impl IdentifyOptions {
+    fn settings(&self) -> anyhow::Result<IdentifySettings> {
+        let mut settings: IdentifySettings =
+            model_files::load(self.config.as_ref(), |text| toml::from_str(text))?.unwrap_or_default();
+        if let Some(window_s) = self.window_s {
+            settings.window_s = window_s;
+        }
+        if let Some(friction) = self.friction {
+            settings.simulation.contact.friction = friction;
+        }
+        if let Some(lost_links) = self.lost_links {
+            settings.lost_links = match lost_links {
+                LossName::Absent => LossHypothesis::Absent,
+                LossName::Locked => LossHypothesis::Locked,
+                LossName::Either => LossHypothesis::Either,
+            };
+        }
+        Ok(settings)
+    }
+}
+
+impl Report<'_> {
+    /// The answer for people.
+    fn table(&self) -> String {
+        let answer = self.identification;
+        let mut table = String::new();
+        let mut line = |label: &str, text: &str| {
+            let _ = writeln!(table, "{label:<14}{text}");
+        };
+        line("log", &self.log.display().to_string());
+        line("damage", &answer.description);
+        line("morphology", &spelled(&answer.morphology));
+        line(
+            "error",
+            &format!(
+                "{:.2}° per sample and axis (F = {:.2} rad)",
+                answer.mean_error_deg, answer.cost_rad
+            ),
+        );
+        line(
+            "walk starts",
+            &format!(
+                "{:.2} s, {:.1} s compared",
+                answer.motion_start_s, answer.window_s
+            ),
+        );
+        line(
+            "search",
+            &format!(
+                "{} morphologies simulated in {:.1} s ({})",
+                answer.evaluations,
+                self.elapsed_s,
+                match self.search {
+                    SearchName::Ga => "genetic algorithm",
+                    SearchName::Exact => "all that are feasible",
+                }
+            ),
+        );
+        if answer.diverged > 0 {
+            line("diverged", &format!("{} simulations", answer.diverged));
+        }
+        for (index, frequency) in answer.frequencies.iter().enumerate() {
+            line(
+                if index == 0 { "runs" } else { "" },
+                &format!(
+                    "{} × {}  F = {:.2} rad",
+                    frequency.count,
+                    spelled(&frequency.morphology),
+                    frequency.cost_rad
+                ),
+            );
+        }
+        for (index, alternative) in answer.alternatives.iter().enumerate() {
+            line(
+                if index == 0 { "next best" } else { "" },
+                &format!(
+                    "{}  F = {:.2} rad",
+                    spelled(&alternative.morphology),
+                    alternative.cost_rad
+                ),
+            );
+        }
+        table
+    }
+}
+
+/// `111 110 …`.
+fn spelled(rows: &[Vec<u8>]) -> String {
+    rows.iter()
+        .map(|leg| leg.iter().map(u8::to_string).collect::<String>())
+        .collect::<Vec<_>>()
+        .join(" ")
+}

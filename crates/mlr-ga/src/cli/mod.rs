@@ -1,0 +1,53 @@
+//! The command line.
+
+mod failure;
+mod identify;
+mod model_files;
+mod output;
+mod progress;
+mod simulate;
+
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Finds out which legs a legged robot has lost, from a log of its body IMU.
+#[derive(Debug, Parser)]
+#[command(name = "mlr-ga", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    global: GlobalOptions,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Names the damaged legs of the robot that recorded LOG.
+    Identify(identify::IdentifyOptions),
+    /// Writes a log from the model, with any morphology.
+    Simulate(simulate::SimulateOptions),
+}
+
+#[derive(Debug, Args)]
+struct GlobalOptions {
+    /// Threads to use [default: one per core].
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+}
+
+/// Parses the arguments, runs the command and turns its end into an exit status.
+pub(crate) fn run() -> ExitCode {
+    let cli = Cli::parse();
+    failure::exit_status(execute(&cli))
+}
+
+fn execute(cli: &Cli) -> anyhow::Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(cli.global.threads.unwrap_or(0))
+        .build()?;
+    pool.install(|| match &cli.command {
+        Command::Identify(options) => identify::run(options),
+        Command::Simulate(options) => simulate::run(options),
+    })
+}

@@ -1,0 +1,42 @@
+//! Robot and gait: embedded, or from the user's files.
+
+use std::{fs, path::PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+use mlr_model::{Gait, Robot};
+
+/// Replaces the embedded robot and gait.
+#[derive(Debug, Args)]
+pub(super) struct ModelFiles {
+    /// Robot description in TOML [default: the embedded JetHexa].
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// Gait in TOML [default: the embedded tripod].
+    #[arg(long, value_name = "FILE")]
+    gait: Option<PathBuf>,
+}
+
+impl ModelFiles {
+    pub(super) fn robot(&self) -> anyhow::Result<Robot> {
+        load(self.robot.as_ref(), Robot::from_toml).map(|robot| robot.unwrap_or_else(Robot::jethexa))
+    }
+
+    pub(super) fn gait(&self) -> anyhow::Result<Gait> {
+        load(self.gait.as_ref(), Gait::from_toml).map(|gait| gait.unwrap_or_else(Gait::tripod))
+    }
+}
+
+/// Reads and parses a file, if there is one to read; errors name it.
+pub(super) fn load<T, E>(
+    path: Option<&PathBuf>,
+    parse: impl FnOnce(&str) -> Result<T, E>,
+) -> anyhow::Result<Option<T>>
+where
+    E: std::error::Error + Send + Sync + 'static,
+{
+    let Some(path) = path else { return Ok(None) };
+    let name = || path.display().to_string();
+    let text = fs::read_to_string(path).with_context(name)?;
+    parse(&text).map(Some).with_context(name)
+}

@@ -1,0 +1,44 @@
+//! A progress bar for people.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use mlr_ga::Progress;
+
+/// A bar with remaining time on stderr; nothing when stderr is no terminal.
+pub(super) struct Bar(ProgressBar);
+
+impl Bar {
+    pub(super) fn new() -> Self {
+        let style = ProgressStyle::with_template(
+            "{bar:40} {pos}/{len} morphologies, {elapsed} elapsed, {eta} to go",
+        )
+        .expect("the template is a constant that a test renders");
+        Self(ProgressBar::new(0).with_style(style))
+    }
+
+    pub(super) fn clear(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+impl Progress for Bar {
+    fn expect(&self, candidates: usize) {
+        self.0.set_length(candidates as u64);
+    }
+
+    fn advance(&self) {
+        self.0.inc(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_template_is_valid() {
+        let bar = Bar::new();
+        bar.expect(2);
+        bar.advance();
+        assert_eq!(bar.0.position(), 1);
+    }
+}

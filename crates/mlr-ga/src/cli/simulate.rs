@@ -1,0 +1,131 @@
+//! `mlr-ga simulate`.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use mlr_filter::OrientationSeries;
+use mlr_imu::write_log;
+use mlr_model::{
+    GroundContact, LegLayout, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
+    Simulator, Terrain,
+};
+
+use super::{model_files::ModelFiles, output};
+
+#[derive(Debug, Args)]
+pub(super) struct SimulateOptions {
+    /// The log to write: .csv or .csv.gz. An existing file is never overwritten.
+    #[arg(short, long, value_name = "LOG")]
+    output: PathBuf,
+    /// Numbers of the legs that are lost altogether, as in 3,4.
+    #[arg(long, value_name = "LEGS", conflicts_with = "morphology")]
+    legs_lost: Option<String>,
+    /// The existence numbers of all links, as in "111 110 000 111 111 111".
+    #[arg(long, value_name = "VECTOR")]
+    morphology: Option<String>,
+    /// What became of lost links.
+    #[arg(long, value_enum, default_value_t = LossName::Absent)]
+    lost_links: LossName,
+    /// How long the robot stands first.
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    stand_s: f64,
+    /// How long it then walks.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    walk_s: f64,
+    /// Time between two samples, and of a simulation step.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.002)]
+    time_step_s: f64,
+    /// Friction between feet and ground.
+    #[arg(long, value_name = "MU", default_value_t = GroundContact::default().friction)]
+    friction: f64,
+    /// Inclination of the ground.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0)]
+    slope_deg: f64,
+    /// Direction in which the ground rises, counter-clockwise from straight ahead.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    uphill_deg: f64,
+    /// Cover the ground with rubble of this height.
+    #[arg(long, value_name = "METRES")]
+    rubble_m: Option<f64>,
+    /// Chooses the rubble.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    model: ModelFiles,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum LossName {
+    /// Gone.
+    Absent,
+    /// Locked clear of the ground.
+    Locked,
+}
+
+/// Distance between the grid points of the rubble.
+const RUBBLE_SPACING_M: f64 = 0.05;
+
+pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
+    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let morphology = options.morphology(&robot.layout())?;
+    let simulator = Simulator::new(robot, &gait, options.settings())?;
+    let orientation = match simulator.simulate(&morphology) {
+        Outcome::Walked(trajectory) => trajectory.orientation,
+        Outcome::Diverged { at_s } => bail!(
+            "the simulation of {morphology} diverged at {at_s:.3} s; a shorter --time-step-s may help"
+        ),
+    };
+    // Log time starts with the recording, gait time with the walk.
+    let times_s = orientation
+        .times_s()
+        .iter()
+        .map(|gait_time_s| gait_time_s + options.stand_s)
+        .collect();
+    let log = OrientationSeries::new(times_s, orientation.angles_rad().clone())?;
+    write_log(&options.output, &log)?;
+    output::result(&format!(
+        "{}: {} samples, {}, walking from {} s on\n",
+        options.output.display(),
+        log.len(),
+        morphology.describe(),
+        options.stand_s
+    ))?;
+    Ok(())
+}
+
+impl SimulateOptions {
+    fn morphology(&self, layout: &LegLayout) -> anyhow::Result<Morphology> {
+        Ok(match (&self.morphology, &self.legs_lost) {
+            (Some(text), _) => Morphology::parse(text, layout)?,
+            (None, Some(legs)) => Morphology::parse_legs_lost(legs, layout)?,
+            (None, None) => Morphology::healthy(layout),
+        })
+    }
+
+    fn settings(&self) -> SimulationSettings {
+        SimulationSettings {
+            duration_s: self.walk_s,
+            stand_s: self.stand_s,
+            time_step_s: self.time_step_s,
+            lost_links: match self.lost_links {
+                LossName::Absent => LostLinks::Absent,
+                LossName::Locked => LostLinks::Locked,
+            },
+            contact: GroundContact {
+                friction: self.friction,
+                ..Default::default()
+            },
+            terrain: Terrain {
+                slope_rad: self.slope_deg.to_radians(),
+                uphill_rad: self.uphill_deg.to_radians(),
+                roughness: self.rubble_m.map(|height_m| Roughness {
+                    height_m,
+                    spacing_m: RUBBLE_SPACING_M,
+                    seed: self.seed,
+                }),
+            },
+            ..Default::default()
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! What has been learnt about which morphology.
+
+use std::collections::BTreeMap;
+
+use mlr_model::{LostLinks, Morphology};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Something to minimise over morphologies.
+pub trait Objective: Sync {
+    /// Evaluates one candidate. Called from many threads at once; the same
+    /// candidate must always give the same result.
+    fn evaluate(&self, candidate: &Morphology) -> Evaluation;
+}
+
+/// The result of evaluating one morphology.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Evaluation {
+    /// The cost; infinite when the simulation diverged.
+    pub cost_rad: f64,
+    /// What the lost links were taken to be for this cost.
+    pub lost_links: LostLinks,
+    /// Simulations that diverged.
+    pub diverged: usize,
+}
+
+/// Is told how far a search has come.
+pub trait Progress: Sync {
+    /// At most this many candidates are going to be evaluated in all.
+    fn expect(&self, candidates: usize);
+    /// One more candidate has been evaluated.
+    fn advance(&self);
+}
+
+/// Tells nobody.
+impl Progress for () {
+    fn expect(&self, _candidates: usize) {}
+    fn advance(&self) {}
+}
+
+/// Evaluates morphologies in parallel and remembers the results: no morphology
+/// is evaluated twice.
+pub struct Evaluations<'a> {
+    objective: &'a dyn Objective,
+    progress: &'a dyn Progress,
+    known: BTreeMap<Morphology, Evaluation>,
+}
+
+impl<'a> Evaluations<'a> {
+    /// Nothing evaluated yet.
+    pub fn new(objective: &'a dyn Objective, progress: &'a dyn Progress) -> Self {
+        Self {
+            objective,
+            progress,
+            known: BTreeMap::new(),
+        }
+    }
+
+    /// Evaluates those of the candidates that are not known yet, in parallel.
+    pub fn evaluate(&mut self, candidates: &[Morphology]) {
+        let mut new: Vec<&Morphology> = candidates
+            .iter()
+            .filter(|candidate| !self.known.contains_key(candidate))
+            .collect();
+        new.sort_unstable();
+        new.dedup();
+        let results: Vec<Evaluation> = new
+            .par_iter()
+            .map(|candidate| {
+                let evaluation = self.objective.evaluate(candidate);
+                self.progress.advance();
+                evaluation
+            })
+            .collect();
+        self.known.extend(new.into_iter().cloned().zip(results));
+    }
+
+    /// Where progress is reported to.
+    pub fn progress(&self) -> &'a dyn Progress {
+        self.progress
+    }
+
+    /// What is known about a candidate.
+    pub fn get(&self, candidate: &Morphology) -> Option<&Evaluation> {
+        self.known.get(candidate)
+    }
+
+    /// Whether the candidate has been evaluated.
+    pub fn contains(&self, candidate: &Morphology) -> bool {
+        self.known.contains_key(candidate)
+    }
+
+    /// How many morphologies have been evaluated.
+    pub fn len(&self) -> usize {
+        self.known.len()
+    }
+
+    /// Whether nothing has been evaluated.
+    pub fn is_empty(&self) -> bool {
+        self.known.is_empty()
+    }
+
+    /// Simulations that diverged, over all candidates.
+    pub fn diverged(&self) -> usize {
+        self.known.values().map(|evaluation| evaluation.diverged).sum()
+    }
+
+    /// The evaluated morphologies, best first.
+    pub fn ranking(&self) -> Vec<(&Morphology, &Evaluation)> {
+        let mut ranking: Vec<_> = self.known.iter().collect();
+        ranking.sort_by(|(a, _), (b, _)| self.order(a, b));
+        ranking
+    }
+
+    /// Orders two evaluated candidates, the better first: by cost, at equal cost
+    /// by the number of lost links (the simpler explanation), then by the
+    /// vectors themselves. A candidate not evaluated counts as worst.
+    pub fn order(&self, a: &Morphology, b: &Morphology) -> std::cmp::Ordering {
+        let cost = |m| self.get(m).map_or(f64::INFINITY, |e| e.cost_rad);
+        cost(a)
+            .total_cmp(&cost(b))
+            .then_with(|| lost_links(a).cmp(&lost_links(b)))
+            .then_with(|| b.cmp(a))
+    }
+
+    /// The best morphology evaluated so far.
+    pub fn best(&self) -> Option<(&Morphology, &Evaluation)> {
+        self.known.iter().min_by(|(a, _), (b, _)| self.order(a, b))
+    }
+}
+
+fn lost_links(morphology: &Morphology) -> usize {
+    (0..morphology.legs())
+        .map(|leg| morphology.links(leg) - morphology.remaining(leg))
+        .sum()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use mlr_model::LegLayout;
+
+    use super::*;
+
+    /// Distance to a target, in links.
+    pub(crate) struct Distance {
+        pub(crate) target: Morphology,
+        pub(crate) calls: AtomicUsize,
+    }
+
+    impl Distance {
+        pub(crate) fn to(target: Morphology) -> Self {
+            Self {
+                target,
+                calls: AtomicUsize::new(0),
+            }
+        }
+    }
+
+    impl Objective for Distance {
+        fn evaluate(&self, candidate: &Morphology) -> Evaluation {
+            self.calls.fetch_add(1, Ordering::Relaxed);
+            let distance: usize = (0..candidate.legs())
+                .map(|leg| candidate.remaining(leg).abs_diff(self.target.remaining(leg)))
+                .sum();
+            Evaluation {
+                cost_rad: distance as f64,
+                lost_links: LostLinks::Absent,
+                diverged: 0,
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_evaluated_twice() {
+        let layout = LegLayout::new([2, 2]).unwrap();
+        let all: Vec<_> = layout.enumerate().collect();
+        let objective = Distance::to(all[4].clone());
+        let mut evaluations = Evaluations::new(&objective, &());
+        evaluations.evaluate(&all[..6]);
+        evaluations.evaluate(&all);
+        evaluations.evaluate(&[all[0].clone(), all[0].clone()]);
+        assert_eq!(objective.calls.load(Ordering::Relaxed), all.len());
+        assert_eq!(evaluations.len(), all.len());
+        assert_eq!(evaluations.best().unwrap().0, &all[4]);
+    }
+
+    #[test]
+    fn at_equal_cost_the_lesser_damage_is_better() {
+        struct Indifferent;
+        impl Objective for Indifferent {
+            fn evaluate(&self, _: &Morphology) -> Evaluation {
+                Evaluation {
+                    cost_rad: 0.0,
+                    lost_links: LostLinks::Absent,
+                    diverged: 0,
+                }
+            }
+        }
+        let layout = LegLayout::new([3; 6]).unwrap();
+        let all: Vec<_> = layout.enumerate().collect();
+        let mut evaluations = Evaluations::new(&Indifferent, &());
+        evaluations.evaluate(&all);
+        assert!(evaluations.best().unwrap().0.is_healthy());
+        assert_eq!(evaluations.ranking().len(), all.len());
+    }
+}

@@ -1,0 +1,176 @@
+//! The genetic algorithm of the paper.
+//!
+//! A binary search over morphology vectors with population size P_s and G_s
+//! generations:
+//!
+//! 1. **Initialisation**: P_s unique random candidates under link logic.
+//! 2. **Evaluation**: each candidate's cost, in parallel, remembered.
+//! 3. **Crossover**: ranked by cost, the better half stays; each candidate of
+//!    the worse half takes over the links of a random one of the better half
+//!    with the probability CR (Eq. (ga_crossover)).
+//! 4. **Mutation**: each leg of these is drawn anew with the probability MR,
+//!    link j existing with the probability P_ij (Eq. (ga_mutation)).
+//! 5. **Selection**: the better half and the new candidates are the next
+//!    generation.
+//! 6. **Termination** after G_s generations, or when the best cost has not
+//!    improved for a while.
+//!
+//! Where the paper leaves a choice: a random candidate is drawn link by link
+//! with the probabilities P_ij; the partner of a crossover is one candidate, not
+//! another one for each link; and a child must not only be unique in its
+//! population but one that no population has had before, because evaluating a
+//! candidate twice teaches nothing.
+//!
+//! Beyond the paper, several populations ([`GeneticSettings::islands`]) evolve
+//! side by side, and a local search then tries every change of a single leg, from
+//! the best candidate and from the healthy robot ([`GeneticSettings::refine`]).
+//! Both can be switched off.
+//!
+//! Source: Farghdani, Patel, Chhabra, *Robust Embodied Self-Identification of
+//! Morphology in Damaged Multi-Legged Robots*, section "Genetic Algorithm for
+//! MLRs".
+
+mod crossover;
+mod mutation;
+mod population;
+mod refinement;
+mod settings;
+
+pub use population::Population;
+pub use settings::{GeneticSettings, SettingsError};
+
+use mlr_model::{LegLayout, Morphology};
+
+use crate::Evaluations;
+
+/// The course of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeneticRun {
+    /// The best morphology found.
+    pub best: Morphology,
+    /// Its cost.
+    pub cost_rad: f64,
+    /// The best cost so far after the initial population, after each
+    /// generation, and, if it ran, after the refinement.
+    pub cost_per_generation: Vec<f64>,
+}
+
+/// Runs the genetic algorithm once.
+///
+/// What `evaluations` already knows costs nothing, but plays no part in the
+/// search: the run is the same whether or not another one came before.
+pub fn search(
+    layout: &LegLayout,
+    settings: &GeneticSettings,
+    seed: u64,
+    evaluations: &mut Evaluations<'_>,
+) -> GeneticRun {
+    evaluations
+        .progress()
+        .expect(evaluations.len() + settings.evaluations(layout));
+    let mut run = Run::start(layout, settings, seed, evaluations);
+    let mut stalled = 0;
+    for _ in 0..settings.generations {
+        let before = run.best_cost(evaluations);
+        run.next_generation(settings, evaluations);
+        stalled = if run.best_cost(evaluations) < before {
+            0
+        } else {
+            stalled + 1
+        };
+        if settings.patience.is_some_and(|patience| stalled >= patience) {
+            break;
+        }
+    }
+    if settings.refine {
+        run.refine(layout, evaluations);
+    }
+    run.finish(evaluations)
+}
+
+/// The state of one run: its islands and what they have seen.
+struct Run {
+    islands: Vec<Population>,
+    seen: std::collections::BTreeSet<Morphology>,
+    best: Morphology,
+    cost_per_generation: Vec<f64>,
+}
+
+impl Run {
+    fn start(
+        layout: &LegLayout,
+        settings: &GeneticSettings,
+        seed: u64,
+        evaluations: &mut Evaluations<'_>,
+    ) -> Self {
+        let mut run = Self {
+            islands: Vec::new(),
+            seen: std::collections::BTreeSet::new(),
+            best: Morphology::healthy(layout),
+            cost_per_generation: Vec::new(),
+        };
+        // The nominal robot is a hypothesis like any other, and the one that
+        // must not be missed.
+        run.seen.insert(run.best.clone());
+        for island in 0..settings.islands {
+            let population =
+                Population::random(layout, settings, seed, island as u64, &mut run.seen);
+            run.islands.push(population);
+        }
+        run.evaluate(evaluations);
+        run
+    }
+
+    fn next_generation(&mut self, settings: &GeneticSettings, evaluations: &mut Evaluations<'_>) {
+        for island in &mut self.islands {
+            island.breed(settings, evaluations, &mut self.seen);
+        }
+        self.evaluate(evaluations);
+    }
+
+    fn evaluate(&mut self, evaluations: &mut Evaluations<'_>) {
+        let candidates: Vec<Morphology> = self
+            .islands
+            .iter()
+            .flat_map(Population::candidates)
+            .chain([&self.best])
+            .cloned()
+            .collect();
+        evaluations.evaluate(&candidates);
+        self.improve(&candidates, evaluations);
+    }
+
+    /// Local search from the best candidate of all islands, and from the healthy
+    /// robot: the loss of a single leg is the likeliest damage, and a narrow
+    /// valley that a population easily steps over.
+    fn refine(&mut self, layout: &LegLayout, evaluations: &mut Evaluations<'_>) {
+        let found = [&self.best, &Morphology::healthy(layout)]
+            .map(|start| refinement::climb(start, evaluations));
+        self.improve(&found, evaluations);
+    }
+
+    fn improve(&mut self, candidates: &[Morphology], evaluations: &Evaluations<'_>) {
+        if let Some(best) = candidates
+            .iter()
+            .min_by(|a, b| evaluations.order(a, b))
+            .filter(|best| evaluations.order(best, &self.best).is_lt())
+        {
+            self.best = best.clone();
+        }
+        self.cost_per_generation.push(self.best_cost(evaluations));
+    }
+
+    fn best_cost(&self, evaluations: &Evaluations<'_>) -> f64 {
+        evaluations
+            .get(&self.best)
+            .map_or(f64::INFINITY, |evaluation| evaluation.cost_rad)
+    }
+
+    fn finish(self, evaluations: &Evaluations<'_>) -> GeneticRun {
+        GeneticRun {
+            cost_rad: self.best_cost(evaluations),
+            best: self.best,
+            cost_per_generation: self.cost_per_generation,
+        }
+    }
+}

@@ -1,0 +1,127 @@
+use mlr_model::LegLayout;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Parameters of the genetic algorithm, with the paper's table as defaults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GeneticSettings {
+    /// P_s, candidates in a population; at least 2.
+    pub population: usize,
+    /// G_s, the most generations after the initial population.
+    pub generations: usize,
+    /// CR, the probability that a candidate of the worse half is replaced by a
+    /// random one of the better half before mutation.
+    pub crossover_rate: f64,
+    /// MR, the probability that a leg of a new candidate is drawn anew.
+    pub mutation_rate: f64,
+    /// P_ij, the probability that link j of a drawn leg exists, from the body
+    /// outward. The last one counts for all further links of longer legs.
+    pub link_probability: Vec<f64>,
+    /// Stop when the best cost has not improved for this many generations.
+    /// Never, if absent.
+    pub patience: Option<usize>,
+    /// Populations that evolve side by side without exchange; the best of all
+    /// is the answer. The paper has one.
+    pub islands: usize,
+    /// Whether a local search over single legs follows the last generation. The
+    /// paper has none.
+    pub refine: bool,
+}
+
+impl Default for GeneticSettings {
+    fn default() -> Self {
+        Self {
+            population: 10,
+            generations: 20,
+            crossover_rate: 0.9,
+            mutation_rate: 0.33,
+            link_probability: vec![0.9, 0.7, 0.7],
+            patience: None,
+            islands: 2,
+            refine: true,
+        }
+    }
+}
+
+/// Settings that make no sense.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("genetic.{field}: {value} is not valid, expected {expected}")]
+pub struct SettingsError {
+    field: &'static str,
+    value: String,
+    expected: &'static str,
+}
+
+impl GeneticSettings {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`SettingsError`] naming the field.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let count = |field, value: usize, least: usize, expected| {
+            if (least..=100_000).contains(&value) {
+                Ok(())
+            } else {
+                Err(SettingsError {
+                    field,
+                    value: value.to_string(),
+                    expected,
+                })
+            }
+        };
+        let rate = |field, value: f64| {
+            if (0.0..=1.0).contains(&value) {
+                Ok(())
+            } else {
+                Err(SettingsError {
+                    field,
+                    value: value.to_string(),
+                    expected: "a probability from 0 to 1",
+                })
+            }
+        };
+        count("population", self.population, 2, "2 to 100000")?;
+        count("generations", self.generations, 0, "0 to 100000")?;
+        count("islands", self.islands, 1, "1 to 100000")?;
+        rate("crossover_rate", self.crossover_rate)?;
+        rate("mutation_rate", self.mutation_rate)?;
+        if self.link_probability.is_empty() {
+            return Err(SettingsError {
+                field: "link_probability",
+                value: "[]".into(),
+                expected: "at least one probability",
+            });
+        }
+        self.link_probability
+            .iter()
+            .try_for_each(|p| rate("link_probability", *p))
+    }
+
+    /// P_ij for link `link` (from 0).
+    pub(super) fn link_probability(&self, link: usize) -> f64 {
+        self.link_probability
+            .get(link)
+            .or(self.link_probability.last())
+            .copied()
+            .unwrap_or(1.0)
+    }
+
+    /// About how many candidates a run evaluates: healthy, the initial
+    /// populations, half a population per generation, and four rounds of
+    /// refinement.
+    pub(super) fn evaluations(&self, layout: &LegLayout) -> usize {
+        let children = self.population - self.population / 2;
+        let evolution = self.islands * (self.population + self.generations * children);
+        let refinement = if self.refine {
+            4 * layout.total_links()
+        } else {
+            0
+        };
+        let feasible = layout
+            .count()
+            .and_then(|count| usize::try_from(count).ok())
+            .unwrap_or(usize::MAX);
+        (1 + evolution + refinement).min(feasible)
+    }
+}

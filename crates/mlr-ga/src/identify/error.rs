@@ -1,0 +1,64 @@
+use mlr_filter::{FilterError, NoMotion, WindowError};
+use mlr_model::ModelError;
+use thiserror::Error;
+
+use crate::genetic::SettingsError;
+
+/// Why there is no answer.
+#[derive(Debug, Error)]
+pub enum IdentifyError {
+    /// The recording does not cover the window after the start of the walk.
+    #[error(transparent)]
+    Window(#[from] WindowError),
+    /// The robot does not move in the recording.
+    #[error(transparent)]
+    NoMotion(#[from] NoMotion),
+    /// Too many time stamps repeat or run backwards.
+    #[error(
+        "time does not run forward: {dropped} of {total} samples are duplicated or out of order, \
+         the first is sample {first}"
+    )]
+    Disordered {
+        /// Samples with a bad time stamp.
+        dropped: usize,
+        /// Samples in all.
+        total: usize,
+        /// The first bad one, counted from 1.
+        first: usize,
+    },
+    /// No simulation stayed finite.
+    #[error("all {simulated} simulated morphologies diverged; the time step is too long for this robot")]
+    AllDiverged {
+        /// Morphologies simulated.
+        simulated: usize,
+    },
+    /// A setting of the identification itself is out of range.
+    #[error("{field}: {value} is not valid, expected {expected}")]
+    Setting {
+        /// Field of [`IdentifySettings`].
+        field: &'static str,
+        /// What was given.
+        value: f64,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// A setting of the filter makes no sense.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
+    /// A setting of the genetic algorithm makes no sense.
+    #[error(transparent)]
+    Genetic(#[from] SettingsError),
+    /// Robot, gait and simulation settings do not fit together.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+impl IdentifyError {
+    /// Whether the recording is at fault, rather than what was asked of it.
+    pub fn is_recordings_fault(&self) -> bool {
+        matches!(
+            self,
+            Self::Window(_) | Self::NoMotion(_) | Self::Disordered { .. }
+        )
+    }
+}

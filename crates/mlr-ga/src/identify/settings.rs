@@ -1,0 +1,80 @@
+use mlr_filter::{FilterSettings, MotionSettings, SamplingLimits};
+use mlr_model::SimulationSettings;
+use serde::{Deserialize, Serialize};
+
+use super::IdentifyError;
+use crate::{LossHypothesis, genetic::GeneticSettings};
+
+/// Everything about an identification that can be chosen. The defaults are the
+/// paper's values where it gives one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IdentifySettings {
+    /// Length of the compared stretch, from the start of the walk on.
+    pub window_s: f64,
+    /// Largest share of samples that may be lost to bad time stamps.
+    pub max_dropped_share: f64,
+    /// What a lost link may have become.
+    pub lost_links: LossHypothesis,
+    /// The FFT filter.
+    pub filter: FilterSettings,
+    /// The search for the start of the walk.
+    pub motion: MotionSettings,
+    /// What the recording must offer within the window.
+    pub sampling: SamplingLimits,
+    /// The genetic algorithm.
+    pub genetic: GeneticSettings,
+    /// How candidates are simulated. Duration and lost links follow from the
+    /// settings above.
+    pub simulation: SimulationSettings,
+}
+
+impl Default for IdentifySettings {
+    fn default() -> Self {
+        Self {
+            window_s: 5.0,
+            max_dropped_share: 0.2,
+            lost_links: LossHypothesis::default(),
+            filter: FilterSettings::default(),
+            motion: MotionSettings::default(),
+            sampling: SamplingLimits::default(),
+            genetic: GeneticSettings::default(),
+            simulation: SimulationSettings::default(),
+        }
+    }
+}
+
+impl IdentifySettings {
+    /// Checks what no other part checks on its own.
+    pub(super) fn check(&self) -> Result<(), IdentifyError> {
+        let within = |field, value: f64, low: f64, high: f64, expected| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(IdentifyError::Setting {
+                    field,
+                    value,
+                    expected,
+                })
+            }
+        };
+        within("window_s", self.window_s, 0.5, 600.0, "0.5 to 600 s")?;
+        within(
+            "max_dropped_share",
+            self.max_dropped_share,
+            0.0,
+            1.0,
+            "a share from 0 to 1",
+        )?;
+        // Below this rate a simulated walk would not carry its own frequencies.
+        within(
+            "simulation.time_step_s",
+            self.simulation.time_step_s,
+            1e-5,
+            1.0 / SamplingLimits::default().min_rate_hz,
+            "0.00001 to 0.02 s",
+        )?;
+        self.genetic.check()?;
+        Ok(())
+    }
+}

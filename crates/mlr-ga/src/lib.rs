@@ -1,0 +1,46 @@
+//! Finds the damaged legs of a legged robot in a recording of its body IMU.
+//!
+//! [`identify()`] is the whole method of the paper: it finds the start of the
+//! walk, brings the recording through the FFT filter, and searches the feasible
+//! morphologies for the one whose simulated walk differs least. The search is
+//! the paper's genetic algorithm ([`genetic`]) or the evaluation of every
+//! feasible morphology ([`exact`]); both minimise the paper's cost F
+//! ([`orientation_error_rad`]).
+//!
+//! ```
+//! use mlr_ga::{IdentifySettings, Search, identify};
+//! use mlr_model::{Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator};
+//!
+//! // A recording of a robot that stands for a second and then walks without leg 2.
+//! let robot = Robot::jethexa();
+//! let truth = Morphology::parse_legs_lost("2", &robot.layout())?;
+//! let settings = SimulationSettings { stand_s: 1.0, duration_s: 4.0, ..Default::default() };
+//! let Outcome::Walked(walk) =
+//!     Simulator::new(robot.clone(), &Gait::tripod(), settings)?.simulate(&truth)
+//! else {
+//!     panic!("the simulation diverged");
+//! };
+//!
+//! let mut settings = IdentifySettings { window_s: 2.0, ..Default::default() };
+//! settings.genetic.generations = 5;
+//! let answer = identify(
+//!     walk.orientation, &robot, &Gait::tripod(), &settings, Search::Genetic { repeats: 1 }, 1, &(),
+//! )?;
+//! assert!(answer.damaged_legs.contains(&2));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod cost;
+mod evaluation;
+pub mod exact;
+pub mod genetic;
+mod identify;
+mod objective;
+
+pub use cost::{mean_error_deg, orientation_error_rad};
+pub use evaluation::{Evaluation, Evaluations, Objective, Progress};
+pub use identify::{
+    Alternative, ComparedSignals, Frequency, Identification, IdentifyError, IdentifySettings,
+    MeasuredWalk, Search, identify,
+};
+pub use objective::{LossHypothesis, WalkObjective};

@@ -1,0 +1,26 @@
+//! What an IMU recorded.
+//!
+//! Logs are CSV files, plain or gzipped, whose columns are found by name:
+//!
+//! ```
+//! use std::io::Write;
+//! use mlr_imu::{Columns, read_log, write_log};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("walk.csv");
+//! std::fs::write(&path, "t_ms,roll_rad,pitch_rad,yaw_rad\n0,0.1,0,0\n10,0.2,0,0\n")?;
+//!
+//! let mut columns = Columns::default();
+//! columns.rename("t=t_ms,ms")?;
+//! let log = read_log(&path, &columns)?;
+//! assert_eq!(log.times_s(), [0.0, 0.01]);
+//!
+//! let copy = folder.path().join("copy.csv.gz");
+//! write_log(&copy, &log)?;
+//! assert_eq!(read_log(&copy, &Columns::default())?, log);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod log;
+
+pub use log::{ColumnError, Columns, LogError, LogProblem, read_log, write_log};

@@ -1,0 +1,11 @@
+//! Log files: CSV, plain or gzipped.
+
+mod columns;
+mod error;
+mod read;
+mod write;
+
+pub use columns::{ColumnError, Columns};
+pub use error::{LogError, LogProblem};
+pub use read::read_log;
+pub use write::write_log;
