@@ -14,7 +14,8 @@ pub struct MotionSettings {
     /// Length of the sliding window in which the fluctuation (maximum minus
     /// minimum) of each angle is taken.
     pub window_s: f64,
-    /// Fluctuation of any angle that counts as moving.
+    /// Fluctuation of any angle that counts as moving. Half of it counts in a
+    /// recording that never shows more: a healthy robot can walk that smoothly.
     pub threshold_deg: f64,
     /// The threshold is raised to this multiple of the standard deviation of the
     /// angles' noise, sample to sample.
@@ -59,7 +60,7 @@ pub struct MotionStart {
     "no motion: roll, pitch and yaw never fluctuate by more than {threshold_deg:.3}° within {window_s} s for long enough"
 )]
 pub struct NoMotion {
-    /// Threshold used, after allowing for the recording's noise.
+    /// Smallest threshold tried, after allowing for the recording's noise.
     pub threshold_deg: f64,
     /// Length of the sliding window.
     pub window_s: f64,
@@ -86,10 +87,13 @@ impl MotionStart {
             .into_iter()
             .fold(0.0, f64::max)
             .to_degrees();
-        let threshold_deg = settings
-            .threshold_deg
-            .max(settings.noise_factor * noise_deg);
-        first_sustained(times_s, &fluctuation_deg, threshold_deg, settings)
+        let above_noise = |threshold_deg: f64| threshold_deg.max(settings.noise_factor * noise_deg);
+        let smallest_deg = above_noise(settings.threshold_deg / 2.0);
+        [above_noise(settings.threshold_deg), smallest_deg]
+            .into_iter()
+            .find_map(|threshold_deg| {
+                first_sustained(times_s, &fluctuation_deg, threshold_deg, settings)
+            })
             .map(|index| {
                 let standing = times_s[index] - times_s[0];
                 let stood_before = standing > settings.window_s + settings.response_s;
@@ -103,7 +107,7 @@ impl MotionStart {
                 }
             })
             .ok_or(NoMotion {
-                threshold_deg,
+                threshold_deg: smallest_deg,
                 window_s: settings.window_s,
             })
     }

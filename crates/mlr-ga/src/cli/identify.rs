@@ -106,7 +106,15 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let bar = Bar::new();
     let answer = identify(recording, &robot, &gait, &settings, search, options.seed, &bar);
     bar.clear();
-    let identification = answer.with_context(|| options.log.display().to_string())?;
+    let identification = answer.map_err(|error| {
+        let of_the_log = error.is_recordings_fault();
+        let error = anyhow::Error::from(error);
+        if of_the_log {
+            error.context(options.log.display().to_string())
+        } else {
+            error
+        }
+    })?;
     for warning in &identification.warnings {
         output::warning(warning);
     }

@@ -13,6 +13,8 @@ pub struct SimulationSettings {
     pub settle_s: f64,
     /// How long it is then recorded standing before it walks.
     pub stand_s: f64,
+    /// How far above the ground the robot is set down.
+    pub start_clearance_m: f64,
     /// Time between two samples and between two collision detections.
     pub time_step_s: f64,
     /// Solver steps per time step.
@@ -36,6 +38,7 @@ impl Default for SimulationSettings {
             duration_s: 5.0,
             settle_s: 0.5,
             stand_s: 0.0,
+            start_clearance_m: 1e-4,
             time_step_s: 0.010,
             substeps: 1,
             lost_links: LostLinks::default(),
@@ -58,6 +61,13 @@ impl SimulationSettings {
             1e-5,
             0.02,
             "0.00001 to 0.02 s",
+        )?;
+        range(
+            "start_clearance_m",
+            self.start_clearance_m,
+            0.0,
+            1000.0,
+            "0 to 1000 m",
         )?;
         if !(1..=1000).contains(&self.substeps) {
             return Err(ModelError::value("substeps", self.substeps, "1 to 1000"));
@@ -125,4 +135,6 @@ pub struct Record {
     pub contacts: bool,
     /// The torque of each present joint's servo.
     pub torques: bool,
+    /// The mechanical energy of the whole robot.
+    pub energy: bool,
 }

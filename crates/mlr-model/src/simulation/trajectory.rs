@@ -29,6 +29,9 @@ pub struct Trajectory {
     /// Torque of each present joint's servo, leg by leg from the body outward,
     /// if recorded.
     pub torque_nm: Option<Vec<Vec<f64>>>,
+    /// Kinetic energy of all parts and potential energy over the world's origin,
+    /// in joules, without what the servos' springs hold; if recorded.
+    pub energy_j: Option<Vec<f64>>,
 }
 
 /// Collects a [`Trajectory`].
@@ -38,6 +41,7 @@ pub(super) struct Recorder {
     position_m: Option<Vec<[f64; 3]>>,
     contact_force_n: Option<Vec<Vec<f64>>>,
     torque_nm: Option<Vec<Vec<f64>>>,
+    energy_j: Option<Vec<f64>>,
 }
 
 impl Recorder {
@@ -48,6 +52,7 @@ impl Recorder {
             position_m: record.position.then(Vec::new),
             contact_force_n: record.contacts.then(Vec::new),
             torque_nm: record.torques.then(Vec::new),
+            energy_j: record.energy.then(Vec::new),
         }
     }
 
@@ -67,6 +72,9 @@ impl Recorder {
         if let Some(torques) = &mut self.torque_nm {
             torques.push(world.torque_nm());
         }
+        if let Some(energies) = &mut self.energy_j {
+            energies.push(world.energy_j());
+        }
     }
 
     /// `None` when an angle is not finite.
@@ -76,6 +84,7 @@ impl Recorder {
             position_m: self.position_m,
             contact_force_n: self.contact_force_n,
             torque_nm: self.torque_nm,
+            energy_j: self.energy_j,
         })
     }
 }

@@ -14,8 +14,6 @@ use crate::{
 const GRAVITY: f32 = -9.81;
 /// Rapier's tolerances are made for objects of a metre; this robot's are a tenth.
 const LENGTH_UNIT: f32 = 0.1;
-/// The robot is set down this far above the ground.
-const START_CLEARANCE_M: f64 = 1e-4;
 
 /// One robot on one ground.
 pub(super) struct World<'a> {
@@ -79,6 +77,10 @@ impl<'a> World<'a> {
         );
         for (index, leg) in simulator.robot.legs().iter().enumerate() {
             world.add_leg(simulator, index, leg, morphology.remaining(index), &start);
+        }
+        // Rapier would only do so during the first step.
+        for (_, part) in world.bodies.iter_mut() {
+            part.recompute_mass_properties_from_colliders(&world.colliders);
         }
         world.set_stance(&simulator.commands);
         world
@@ -291,6 +293,17 @@ impl<'a> World<'a> {
         force_n
     }
 
+    pub(super) fn energy_j(&self) -> f64 {
+        self.bodies
+            .iter()
+            .map(|(_, part)| {
+                let height_m = f64::from(part.center_of_mass().z);
+                let weight_n = f64::from(part.mass()) * -f64::from(GRAVITY);
+                f64::from(part.kinetic_energy()) + weight_n * height_m
+            })
+            .sum()
+    }
+
     pub(super) fn torque_nm(&self) -> Vec<f64> {
         self.joints
             .iter()
@@ -317,7 +330,7 @@ fn start_pose(simulator: &Simulator, morphology: &Morphology) -> Isometry3<f64> 
         lowest_m = lowest_m.min(tip.z - radius_m);
     }
     let terrain = &simulator.settings.terrain;
-    let height_m = terrain.highest_m() + START_CLEARANCE_M - lowest_m;
+    let height_m = terrain.highest_m() + simulator.settings.start_clearance_m - lowest_m;
     let inclination = terrain.inclination();
     Isometry3::from_parts(
         (inclination * Vector3::new(0.0, 0.0, height_m)).into(),

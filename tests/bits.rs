@@ -1,0 +1,81 @@
+//! Simulated walks against recorded bits: the same on every platform, in every
+//! build, with any number of threads.
+//!
+//! A change of the model or of the physics engine changes the bits. When that is
+//! meant, record them anew:
+//!
+//! ```text
+//! MLR_RECORD_GOLDEN=1 cargo test -p mlr-golden-tests --test bits
+//! ```
+
+use std::{fmt::Write, fs};
+
+use mlr_golden_tests::data;
+use mlr_model::{
+    Gait, LostLinks, Morphology, Outcome, Robot, Roughness, SimulationSettings, Simulator, Terrain,
+};
+
+const GOLDEN: &str = "golden/bits/walks.txt";
+const MORPHOLOGIES: [&str; 4] = [
+    "111 111 111 111 111 111",
+    "111 111 000 111 111 111",
+    "000 111 111 110 111 111",
+    "000 100 110 111 000 111",
+];
+
+/// One line per case and half second: case, time, bits of roll, pitch and yaw.
+fn walks() -> String {
+    let rubble = Terrain {
+        slope_rad: 0.1,
+        uphill_rad: 0.5,
+        roughness: Some(Roughness {
+            height_m: 0.006,
+            spacing_m: 0.05,
+            seed: 1,
+        }),
+    };
+    let mut lines = String::new();
+    for (ground, terrain) in [("flat", Terrain::default()), ("rubble", rubble)] {
+        for lost_links in [LostLinks::Absent, LostLinks::Locked] {
+            let settings = SimulationSettings {
+                lost_links,
+                terrain: terrain.clone(),
+                ..Default::default()
+            };
+            let simulator = Simulator::new(Robot::jethexa(), &Gait::tripod(), settings).unwrap();
+            for text in MORPHOLOGIES {
+                let morphology = Morphology::parse(text, &simulator.robot().layout()).unwrap();
+                let Outcome::Walked(trajectory) = simulator.simulate(&morphology) else {
+                    panic!("{text} diverged");
+                };
+                let angles = trajectory.orientation.angles_rad();
+                for (index, time_s) in trajectory.orientation.times_s().iter().enumerate().step_by(50) {
+                    writeln!(
+                        lines,
+                        "{ground} {lost_links:?} {} {time_s:.1} {:016x} {:016x} {:016x}",
+                        text.replace(' ', "-"),
+                        angles.roll[index].to_bits(),
+                        angles.pitch[index].to_bits(),
+                        angles.yaw[index].to_bits(),
+                    )
+                    .unwrap();
+                }
+            }
+        }
+    }
+    lines
+}
+
+#[test]
+fn walks_have_the_recorded_bits() {
+    let walked = walks();
+    if std::env::var_os("MLR_RECORD_GOLDEN").is_some() {
+        fs::write(data(GOLDEN), &walked).unwrap();
+    }
+    let recorded = fs::read_to_string(data(GOLDEN)).unwrap();
+    for (ours, golden) in walked.lines().zip(recorded.lines()) {
+        assert_eq!(ours, golden);
+    }
+    assert_eq!(walked.lines().count(), recorded.lines().count());
+    assert_eq!(recorded.lines().count(), 2 * 2 * 4 * 11);
+}

@@ -1,0 +1,41 @@
+//! Where golden data are and how they are read.
+
+use std::{
+    fs::File,
+    io::{BufReader, Read},
+    path::{Path, PathBuf},
+};
+
+use flate2::bufread::GzDecoder;
+use mlr_filter::Axes;
+
+/// A file below the workspace's `data` folder.
+pub fn data(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(path)
+}
+
+/// The columns `roll_rad`, `pitch_rad`, `yaw_rad` of a golden file.
+///
+/// # Panics
+/// When the file is not there or not of that form.
+pub fn angles(path: &str) -> Axes<Vec<f64>> {
+    let path = data(path);
+    let file = BufReader::new(File::open(&path).expect("the golden file is in the repository"));
+    let text: Box<dyn Read> = if path.extension().is_some_and(|e| e == "gz") {
+        Box::new(GzDecoder::new(file))
+    } else {
+        Box::new(file)
+    };
+    let mut reader = csv::Reader::from_reader(text);
+    let header = reader.headers().expect("golden files have a header").clone();
+    let mut angles = Axes::<Vec<f64>>::default();
+    for row in reader.records() {
+        let row = row.expect("golden files are well-formed");
+        angles.push(Axes::from_fn(|axis| {
+            let name = format!("{}_rad", axis.name());
+            let column = header.iter().position(|h| h == name).expect("a column per axis");
+            row[column].parse().expect("golden files hold numbers")
+        }));
+    }
+    angles
+}
