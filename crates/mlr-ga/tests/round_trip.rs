@@ -150,3 +150,22 @@ fn bad_time_stamps_are_repaired_and_reported() {
     assert!(String::from_utf8(output.stderr).unwrap().contains(warning));
     assert_eq!(answer["damaged_legs"], Value::from(vec![3]));
 }
+
+#[test]
+fn a_plot_shows_both_signals_and_overwrites_nothing() {
+    let folder = Folder::new();
+    let log = simulated(&folder, "log.csv", &["--legs-lost", "3"]);
+    let plot = folder.path("roll.svg");
+    identified(&folder, &log, &["--plot", &plot]);
+    let svg = std::fs::read_to_string(&plot).unwrap();
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    for label in ["measured", "simulated", "roll", "pitch", "yaw", "leg 3 lost"] {
+        assert!(svg.contains(label), "{label}");
+    }
+    let config = folder.path("quick.toml");
+    folder.fails(
+        &["identify", &log, "--config", &config, "--plot", &plot],
+        2,
+        &["roll.svg", "exists"],
+    );
+}

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::{
     model_files::{self, ModelFiles},
-    output,
+    output, plot,
     progress::Bar,
 };
 
@@ -37,6 +37,10 @@ pub(super) struct IdentifyOptions {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
+    /// Draw measured and simulated roll, pitch and yaw into this SVG file. An existing file is never
+    /// overwritten.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// Length of the compared stretch [default: 5 s].
     #[arg(long, value_name = "SECONDS")]
     window_s: Option<f64>,
@@ -117,6 +121,9 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     })?;
     for warning in &identification.warnings {
         output::warning(warning);
+    }
+    if let Some(path) = &options.plot {
+        plot::write(path, &identification)?;
     }
     let report = Report {
         schema: SCHEMA,

@@ -4,6 +4,7 @@ mod failure;
 mod identify;
 mod model_files;
 mod output;
+mod plot;
 mod progress;
 mod simulate;
 
