@@ -7,6 +7,7 @@
 //! ```text
 //! MLR_RECORD_GOLDEN=1 cargo test -p mlr-golden-tests --test bits
 //! ```
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::{fmt::Write, fs};
 
@@ -49,7 +50,13 @@ fn walks() -> String {
                     panic!("{text} diverged");
                 };
                 let angles = trajectory.orientation.angles_rad();
-                for (index, time_s) in trajectory.orientation.times_s().iter().enumerate().step_by(50) {
+                for (index, time_s) in trajectory
+                    .orientation
+                    .times_s()
+                    .iter()
+                    .enumerate()
+                    .step_by(50)
+                {
                     writeln!(
                         lines,
                         "{ground} {lost_links:?} {} {time_s:.1} {:016x} {:016x} {:016x}",

@@ -1,4 +1,5 @@
 //! The filter against SciPy (`tools/golden/filter.py`).
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_filter::{FilterSettings, FourierFilter, SamplingLimits, Window};
 use mlr_golden_tests::{angles, data};
@@ -22,7 +23,10 @@ fn agrees_with_scipy(log: &str, start_s: f64, duration_s: f64, golden: &str) {
         (&conditioned.yaw, &expected.yaw),
     ] {
         assert_eq!(ours.len(), scipy.len());
-        assert!(scipy.iter().any(|x| x.abs() > 1e-3), "the golden signal is not empty");
+        assert!(
+            scipy.iter().any(|x| x.abs() > 1e-3),
+            "the golden signal is not empty"
+        );
         for (a, b) in ours.iter().zip(scipy) {
             assert!((a - b).abs() < 1e-9, "{a} against SciPy's {b}");
         }

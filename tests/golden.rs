@@ -11,7 +11,9 @@ use mlr_filter::Axes;
 
 /// A file below the workspace's `data` folder.
 pub fn data(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data").join(path)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../data")
+        .join(path)
 }
 
 /// The columns `roll_rad`, `pitch_rad`, `yaw_rad` of a golden file.
@@ -27,13 +29,19 @@ pub fn angles(path: &str) -> Axes<Vec<f64>> {
         Box::new(file)
     };
     let mut reader = csv::Reader::from_reader(text);
-    let header = reader.headers().expect("golden files have a header").clone();
+    let header = reader
+        .headers()
+        .expect("golden files have a header")
+        .clone();
     let mut angles = Axes::<Vec<f64>>::default();
     for row in reader.records() {
         let row = row.expect("golden files are well-formed");
         angles.push(Axes::from_fn(|axis| {
             let name = format!("{}_rad", axis.name());
-            let column = header.iter().position(|h| h == name).expect("a column per axis");
+            let column = header
+                .iter()
+                .position(|h| h == name)
+                .expect("a column per axis");
             row[column].parse().expect("golden files hold numbers")
         }));
     }

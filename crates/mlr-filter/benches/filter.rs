@@ -5,6 +5,8 @@
 //! cargo bench -p mlr-filter
 //! ```
 
+use std::f64::consts::TAU;
+
 use mlr_filter::{
     Axes, FilterSettings, FourierFilter, MotionSettings, MotionStart, OrientationSeries,
     SamplingLimits, Window,
@@ -26,7 +28,7 @@ fn recording(rate_hz: u32) -> OrientationSeries {
         .collect();
     let rocking: Vec<f64> = times_s
         .iter()
-        .map(|t| 0.1 * ((t - 2.0).max(0.0) * 6.28).sin())
+        .map(|t| 0.1 * ((t - 2.0).max(0.0) * TAU).sin())
         .collect();
     OrientationSeries::new(times_s, Axes::from_fn(|_| rocking.clone()))
         .expect("all columns have one length")

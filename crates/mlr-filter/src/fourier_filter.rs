@@ -6,10 +6,7 @@ use realfft::{ComplexToReal, RealFftPlanner, num_complex::Complex64};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{
-    Axes, Axis, EvenSamples, PowerSpectrum, Spectrum,
-    spectrum::Transform,
-};
+use crate::{Axes, Axis, EvenSamples, PowerSpectrum, Spectrum, spectrum::Transform};
 
 /// Parameters of the filter, with the paper's values as defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -47,7 +44,9 @@ pub enum FilterError {
         value: f64,
     },
     /// The common rate cannot represent the cutoff.
-    #[error("filter.rate_hz: {rate_hz} Hz cannot carry a cutoff of {cutoff_hz} Hz, expected more than twice that")]
+    #[error(
+        "filter.rate_hz: {rate_hz} Hz cannot carry a cutoff of {cutoff_hz} Hz, expected more than twice that"
+    )]
     RateBelowCutoff {
         /// Rate given.
         rate_hz: f64,
@@ -257,7 +256,10 @@ mod tests {
         let expected = sampled(250.0, signal);
         for rate_hz in [250.0, 970.0, 1000.0, 333.0] {
             for axis in [Axis::Roll, Axis::Pitch, Axis::Yaw] {
-                for (got, want) in filtered(axis, &sampled(rate_hz, signal)).iter().zip(&expected) {
+                for (got, want) in filtered(axis, &sampled(rate_hz, signal))
+                    .iter()
+                    .zip(&expected)
+                {
                     assert!((got - want).abs() < 1e-12);
                 }
             }
@@ -363,15 +365,24 @@ mod tests {
     fn conditions_all_axes_of_a_recording() {
         let times_s: Vec<f64> = (0..7000).map(|i| f64::from(i) / 970.0).collect();
         let roll = times_s.iter().map(|t| 0.1 * (TAU * t).sin()).collect();
-        let pitch = times_s.iter().map(|t| 0.3 + 0.05 * (TAU * 2.0 * t).sin()).collect();
+        let pitch = times_s
+            .iter()
+            .map(|t| 0.3 + 0.05 * (TAU * 2.0 * t).sin())
+            .collect();
         let yaw = times_s.iter().map(|t| 1.0 + 0.2 * t).collect();
         let recording = OrientationSeries::new(times_s, Axes { roll, pitch, yaw }).unwrap();
-        let window = Window { start_s: 1.0, duration_s: DURATION_S };
+        let window = Window {
+            start_s: 1.0,
+            duration_s: DURATION_S,
+        };
         let cut = window.cut(&recording, &SamplingLimits::default()).unwrap();
         let conditioned = filter().condition(&cut);
         assert_eq!(conditioned.roll.len(), 1250);
         let mean = conditioned.pitch.iter().sum::<f64>() / 1250.0;
         assert!(mean.abs() < 1e-9, "roll and pitch lose their mean: {mean}");
-        assert!((conditioned.yaw[625] - 0.5).abs() < 0.01, "yaw keeps its drift");
+        assert!(
+            (conditioned.yaw[625] - 0.5).abs() < 0.01,
+            "yaw keeps its drift"
+        );
     }
 }

@@ -207,7 +207,10 @@ impl SlidingRange {
         }
         for queue in [&mut self.falling, &mut self.rising] {
             queue.push_back((time_s, value));
-            while queue.front().is_some_and(|&(t, _)| t < time_s - self.window_s) {
+            while queue
+                .front()
+                .is_some_and(|&(t, _)| t < time_s - self.window_s)
+            {
                 queue.pop_front();
             }
         }
@@ -259,7 +262,10 @@ mod tests {
     fn standing_is_no_motion() {
         assert!(find(&recording(100.0, 5.0, 0.02)).is_err());
         assert!(find(&recording(100.0, 5.0, 0.5)).is_err(), "loud noise");
-        assert!(find(&recording(1.0, 20.0, 0.5)).is_ok(), "loud noise, then motion");
+        assert!(
+            find(&recording(1.0, 20.0, 0.5)).is_ok(),
+            "loud noise, then motion"
+        );
     }
 
     #[test]

@@ -121,7 +121,9 @@ impl OrientationSeries {
     /// [`SeriesError`] naming the offending column.
     pub fn new(times_s: Vec<f64>, angles_rad: Axes<Vec<f64>>) -> Result<Self, SeriesError> {
         check_finite("time", &times_s)?;
-        let named = angles_rad.as_ref().map(|axis, samples| (axis.name(), samples));
+        let named = angles_rad
+            .as_ref()
+            .map(|axis, samples| (axis.name(), samples));
         for (axis, samples) in named.into_array() {
             if samples.len() != times_s.len() {
                 return Err(SeriesError::Length {

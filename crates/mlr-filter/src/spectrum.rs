@@ -102,7 +102,9 @@ mod tests {
         let amplitude_deg = 3.0_f64;
         for n in [500, 501] {
             let signal: Vec<f64> = (0..n)
-                .map(|i| amplitude_deg.to_radians() * (TAU * 7.0 * f64::from(i) / f64::from(n)).sin())
+                .map(|i| {
+                    amplitude_deg.to_radians() * (TAU * 7.0 * f64::from(i) / f64::from(n)).sin()
+                })
                 .collect();
             let power = power_of(&signal);
             assert!((power[7] - 4.5).abs() < 1e-10);

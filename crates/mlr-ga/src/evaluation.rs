@@ -102,7 +102,10 @@ impl<'a> Evaluations<'a> {
 
     /// Simulations that diverged, over all candidates.
     pub fn diverged(&self) -> usize {
-        self.known.values().map(|evaluation| evaluation.diverged).sum()
+        self.known
+            .values()
+            .map(|evaluation| evaluation.diverged)
+            .sum()
     }
 
     /// The evaluated morphologies, best first.
@@ -162,7 +165,11 @@ pub(crate) mod tests {
         fn evaluate(&self, candidate: &Morphology) -> Evaluation {
             self.calls.fetch_add(1, Ordering::Relaxed);
             let distance: usize = (0..candidate.legs())
-                .map(|leg| candidate.remaining(leg).abs_diff(self.target.remaining(leg)))
+                .map(|leg| {
+                    candidate
+                        .remaining(leg)
+                        .abs_diff(self.target.remaining(leg))
+                })
                 .sum();
             Evaluation {
                 cost_rad: distance as f64,

@@ -124,7 +124,10 @@ impl Objective for WalkObjective {
             lost_links: cases[0].settings().lost_links,
             diverged: 0,
         };
-        for lost_links in cases.iter().map(|simulator| simulator.settings().lost_links) {
+        for lost_links in cases
+            .iter()
+            .map(|simulator| simulator.settings().lost_links)
+        {
             match self.walk(candidate, lost_links) {
                 Some(simulated) => {
                     let cost_rad = orientation_error_rad(&self.measured, &simulated);

@@ -1,5 +1,6 @@
 //! What a user gets for a log that is no log: a message that names the place,
 //! the exit status that other programs rely on, and nothing on stdout.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;
 
@@ -35,7 +36,12 @@ fn missing_column() {
     refused(
         "t_s,roll_rad,yaw_rad\n0,0,0\n",
         BAD_INPUT,
-        &["log.csv", "line 1", "\"pitch_rad\"", "t_s, roll_rad, yaw_rad"],
+        &[
+            "log.csv",
+            "line 1",
+            "\"pitch_rad\"",
+            "t_s, roll_rad, yaw_rad",
+        ],
     );
 }
 
@@ -102,7 +108,11 @@ fn samples_missing() {
         .filter(|(line, _)| !(3000..3600).contains(line))
         .map(|(_, text)| format!("{text}\n"))
         .collect();
-    refused(text, CANNOT_ANSWER, &["log.csv", "samples are missing from 3.0"]);
+    refused(
+        text,
+        CANNOT_ANSWER,
+        &["log.csv", "samples are missing from 3.0"],
+    );
 }
 
 #[test]
@@ -142,7 +152,11 @@ fn directory() {
 fn file_that_is_not_there() {
     let folder = Folder::new();
     let path = folder.path("none.csv");
-    folder.fails(&["identify", &path], BAD_INPUT, &["none.csv", "No such file"]);
+    folder.fails(
+        &["identify", &path],
+        BAD_INPUT,
+        &["none.csv", "No such file"],
+    );
 }
 
 /// A file that exists and opens, but fails when it is read, whoever reads it.
@@ -174,9 +188,15 @@ fn settings_out_of_range() {
     for (setting, message_has) in [
         ("window_s = -1.0", "window_s: -1"),
         ("[genetic]\npopulation = 1", "genetic.population: 1"),
-        ("[genetic]\nmutation_rate = 1.5", "genetic.mutation_rate: 1.5"),
+        (
+            "[genetic]\nmutation_rate = 1.5",
+            "genetic.mutation_rate: 1.5",
+        ),
         ("[filter]\ncutoff_hz = 0.0", "filter.cutoff_hz: 0"),
-        ("[simulation]\ntime_step_s = 0.5", "simulation.time_step_s: 0.5"),
+        (
+            "[simulation]\ntime_step_s = 0.5",
+            "simulation.time_step_s: 0.5",
+        ),
         ("[simulation.contact]\nfriction = -1.0", "friction: -1"),
     ] {
         let config = folder.write("mlr.toml", setting);
@@ -194,12 +214,28 @@ fn robot_and_gait_that_do_not_fit() {
     let log = folder.write("log.csv", standing_then_rocking(2.0, 10.0, 100.0));
     let tripod = mlr_model::Gait::TRIPOD_TOML;
     for (name, gait, message_has) in [
-        ("long.toml", tripod.replace("0.060", "0.5"), vec!["leg 2 cannot reach", "gait time"]),
-        ("few.toml", tripod.replace(", 0.5]", "]"), vec!["5 phase offsets", "6 legs"]),
-        ("typo.toml", tripod.replace("lift_m", "lft_m"), vec!["typo.toml", "lft_m", "line"]),
+        (
+            "long.toml",
+            tripod.replace("0.060", "0.5"),
+            vec!["leg 2 cannot reach", "gait time"],
+        ),
+        (
+            "few.toml",
+            tripod.replace(", 0.5]", "]"),
+            vec!["5 phase offsets", "6 legs"],
+        ),
+        (
+            "typo.toml",
+            tripod.replace("lift_m", "lft_m"),
+            vec!["typo.toml", "lft_m", "line"],
+        ),
     ] {
         let gait = folder.write(name, gait);
-        folder.fails(&["identify", &log, "--gait", &gait], BAD_INPUT, &message_has);
+        folder.fails(
+            &["identify", &log, "--gait", &gait],
+            BAD_INPUT,
+            &message_has,
+        );
     }
     let robot = mlr_model::Robot::JETHEXA_TOML.replace("mass_kg = 1.369", "mass_kg = -1.0");
     let robot = folder.write("robot.toml", robot);
@@ -214,7 +250,11 @@ fn robot_and_gait_that_do_not_fit() {
 fn wrong_usage() {
     let folder = Folder::new();
     folder.fails(&["identify"], BAD_INPUT, &["LOG"]);
-    folder.fails(&["identify", "x.csv", "--search", "magic"], BAD_INPUT, &["ga, exact"]);
+    folder.fails(
+        &["identify", "x.csv", "--search", "magic"],
+        BAD_INPUT,
+        &["ga, exact"],
+    );
     folder.fails(
         &["identify", "x.csv", "--column", "roll"],
         BAD_INPUT,
@@ -226,6 +266,10 @@ fn wrong_usage() {
 fn a_log_is_never_overwritten() {
     let folder = Folder::new();
     let log = folder.write("mine.csv", "precious");
-    folder.fails(&["simulate", "-o", &log], BAD_INPUT, &["mine.csv", "not overwritten"]);
+    folder.fails(
+        &["simulate", "-o", &log],
+        BAD_INPUT,
+        &["mine.csv", "not overwritten"],
+    );
     assert_eq!(fs::read_to_string(&log).unwrap(), "precious");
 }

@@ -1,4 +1,5 @@
 //! Logs written by `simulate` and read by `identify`, through the program.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;
 
@@ -6,7 +7,8 @@ use program::Folder;
 use serde_json::Value;
 
 /// A genetic algorithm that takes a second or two.
-const QUICK: &str = "window_s = 3.0\nlost_links = \"absent\"\n[genetic]\nislands = 1\ngenerations = 4\n";
+const QUICK: &str =
+    "window_s = 3.0\nlost_links = \"absent\"\n[genetic]\nislands = 1\ngenerations = 4\n";
 
 fn identified(folder: &Folder, log: &str, more: &[&str]) -> Value {
     let config = folder.write("quick.toml", QUICK);
@@ -44,7 +46,11 @@ fn the_model_finds_its_own_damage() {
 #[test]
 fn the_same_answer_whatever_the_number_of_threads() {
     let folder = Folder::new();
-    let log = simulated(&folder, "log.csv", &["--morphology", "111 110 111 000 111 111"]);
+    let log = simulated(
+        &folder,
+        "log.csv",
+        &["--morphology", "111 110 111 000 111 111"],
+    );
     let answer = |threads| {
         let mut answer = identified(&folder, &log, &["--threads", threads, "--seed", "5"]);
         answer["elapsed_s"] = Value::Null;
@@ -61,12 +67,23 @@ fn repeats_report_how_often_each_morphology_was_found() {
     let log = simulated(&folder, "log.csv", &["--legs-lost", "3"]);
     let answer = identified(&folder, &log, &["--repeats", "3"]);
     let frequencies = answer["frequencies"].as_array().unwrap();
-    let runs: u64 = frequencies.iter().map(|f| f["count"].as_u64().unwrap()).sum();
+    let runs: u64 = frequencies
+        .iter()
+        .map(|f| f["count"].as_u64().unwrap())
+        .sum();
     assert_eq!(runs, 3);
     assert_eq!(frequencies[0]["morphology"], answer["morphology"]);
     let costs = answer["cost_per_generation"].as_array().unwrap();
-    assert_eq!(costs.len(), 1 + 4 + 1, "initial, four generations, refinement");
-    assert!(costs.windows(2).all(|pair| pair[1].as_f64() <= pair[0].as_f64()));
+    assert_eq!(
+        costs.len(),
+        1 + 4 + 1,
+        "initial, four generations, refinement"
+    );
+    assert!(
+        costs
+            .windows(2)
+            .all(|pair| pair[1].as_f64() <= pair[0].as_f64())
+    );
 }
 
 #[test]
@@ -90,10 +107,14 @@ fn foreign_columns_and_units() {
         &folder,
         &foreign,
         &[
-            "--column", "t=stamp_ms,ms",
-            "--column", "roll=euler_x,deg",
-            "--column", "pitch=euler_y,deg",
-            "--column", "yaw=euler_z,deg",
+            "--column",
+            "t=stamp_ms,ms",
+            "--column",
+            "roll=euler_x,deg",
+            "--column",
+            "pitch=euler_y,deg",
+            "--column",
+            "yaw=euler_z,deg",
         ],
     );
     let original = identified(&folder, &log, &[]);
@@ -146,7 +167,10 @@ fn bad_time_stamps_are_repaired_and_reported() {
         .unwrap();
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
     let warning = answer["warnings"][0].as_str().unwrap();
-    assert!(warning.contains("1 duplicated, 1 out of order"), "{warning}");
+    assert!(
+        warning.contains("1 duplicated, 1 out of order"),
+        "{warning}"
+    );
     assert!(String::from_utf8(output.stderr).unwrap().contains(warning));
     assert_eq!(answer["damaged_legs"], Value::from(vec![3]));
 }
@@ -159,7 +183,14 @@ fn a_plot_shows_both_signals_and_overwrites_nothing() {
     identified(&folder, &log, &["--plot", &plot]);
     let svg = std::fs::read_to_string(&plot).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-    for label in ["measured", "simulated", "roll", "pitch", "yaw", "leg 3 lost"] {
+    for label in [
+        "measured",
+        "simulated",
+        "roll",
+        "pitch",
+        "yaw",
+        "leg 3 lost",
+    ] {
         assert!(svg.contains(label), "{label}");
     }
     let config = folder.path("quick.toml");

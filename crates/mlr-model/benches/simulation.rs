@@ -34,6 +34,11 @@ fn walk(bencher: divan::Bencher<'_, '_>, morphology: &str) {
 fn prepare(bencher: divan::Bencher<'_, '_>) {
     let robot = Robot::jethexa();
     bencher.bench(|| {
-        Simulator::new(robot.clone(), &Gait::tripod(), SimulationSettings::default()).is_ok()
+        Simulator::new(
+            robot.clone(),
+            &Gait::tripod(),
+            SimulationSettings::default(),
+        )
+        .is_ok()
     });
 }

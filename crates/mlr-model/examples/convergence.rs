@@ -8,11 +8,14 @@
 //! ```text
 //! cargo run --release -p mlr-model --example convergence
 //! ```
+#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 
 use std::time::Instant;
 
 use mlr_filter::{Axes, OrientationSeries};
-use mlr_model::{Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator};
+use mlr_model::{
+    Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator,
+};
 
 const MORPHOLOGIES: [&str; 8] = [
     "111 111 111 111 111 111",
@@ -38,7 +41,9 @@ fn main() -> Result<(), ModelError> {
         .collect::<Result<Vec<_>, _>>()?;
     let (references, _) = walk_all(&morphologies, REFERENCE.0, REFERENCE.1)?;
 
-    println!("| step [ms] | substeps | roll [°] | pitch [°] | yaw [°] | worst yaw [°] | time [ms] |");
+    println!(
+        "| step [ms] | substeps | roll [°] | pitch [°] | yaw [°] | worst yaw [°] | time [ms] |"
+    );
     println!("|--:|--:|--:|--:|--:|--:|--:|");
     for time_step_s in TIME_STEPS_S {
         for substeps in SUBSTEPS {
@@ -93,7 +98,11 @@ fn mean_error_deg(walk: &OrientationSeries, reference: &OrientationSeries) -> Ax
         let sampled = |series: &OrientationSeries| -> Vec<f64> {
             let step_s = series.times_s()[1] - series.times_s()[0];
             let stride = (SAMPLE_S / step_s).round() as usize;
-            axis(series.angles_rad()).iter().step_by(stride).copied().collect()
+            axis(series.angles_rad())
+                .iter()
+                .step_by(stride)
+                .copied()
+                .collect()
         };
         let (ours, theirs) = (sampled(walk), sampled(reference));
         let total: f64 = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).sum();

@@ -122,8 +122,7 @@ mod tests {
         let (femur, tibia) = (leg.links[1].length_m, leg.links[2].length_m);
         let distance_sq = reach * reach + local.z * local.z;
         let knee = ((distance_sq - femur * femur - tibia * tibia) / (2.0 * femur * tibia)).acos();
-        let lift = local.z.atan2(reach)
-            + (tibia * knee.sin()).atan2(femur + tibia * knee.cos());
+        let lift = local.z.atan2(reach) + (tibia * knee.sin()).atan2(femur + tibia * knee.cos());
         [yaw_rad, lift, -knee]
     }
 

@@ -47,13 +47,7 @@ impl Terrain {
         range("uphill_rad", self.uphill_rad, -10.0, 10.0, "an angle")?;
         if let Some(roughness) = &self.roughness {
             range("height_m", roughness.height_m, 0.0, 1.0, "0 to 1 m")?;
-            range(
-                "spacing_m",
-                roughness.spacing_m,
-                0.005,
-                1.0,
-                "0.005 to 1 m",
-            )?;
+            range("spacing_m", roughness.spacing_m, 0.005, 1.0, "0.005 to 1 m")?;
         }
         Ok(())
     }
@@ -74,7 +68,10 @@ impl Terrain {
     /// The ground's shape, level, and the rotation that turns its up axis to z.
     pub(crate) fn level_shape(&self) -> (SharedShape, UnitQuaternion<f64>) {
         match &self.roughness {
-            None => (SharedShape::halfspace(Vector::Z), UnitQuaternion::identity()),
+            None => (
+                SharedShape::halfspace(Vector::Z),
+                UnitQuaternion::identity(),
+            ),
             // A height field rises along its own y axis.
             Some(roughness) => (
                 roughness.height_field(2.0 * Self::ROUGH_HALF_WIDTH_M),
@@ -115,7 +112,10 @@ mod tests {
             };
             let forward = Vector3::new(terrain.uphill_rad.cos(), terrain.uphill_rad.sin(), 0.0);
             let along_slope = terrain.inclination() * forward;
-            assert!((along_slope.z - 0.1_f64.sin()).abs() < 1e-12, "{uphill_deg}");
+            assert!(
+                (along_slope.z - 0.1_f64.sin()).abs() < 1e-12,
+                "{uphill_deg}"
+            );
         }
     }
 

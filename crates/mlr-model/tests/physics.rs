@@ -1,4 +1,5 @@
 //! Properties that any walk must have, each with a control that lacks it.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_model::{
     Gait, GroundContact, LostLinks, Morphology, Outcome, Record, Robot, Roughness, Servo,
@@ -29,7 +30,10 @@ fn walk(lost: &str) -> Trajectory {
 
 /// Largest absolute angle, in degrees.
 fn largest_deg(angles_rad: &[f64]) -> f64 {
-    angles_rad.iter().fold(0.0_f64, |m, a| m.max(a.abs())).to_degrees()
+    angles_rad
+        .iter()
+        .fold(0.0_f64, |m, a| m.max(a.abs()))
+        .to_degrees()
 }
 
 fn last_deg(angles_rad: &[f64]) -> f64 {
@@ -79,7 +83,10 @@ fn a_lost_leg_bears_nothing_and_locked_links_keep_their_weight() {
     };
     let difference_n = mean_total_n(LostLinks::Locked) - mean_total_n(LostLinks::Absent);
     let two_legs_n = 2.0 * (0.02556 + 0.08807 + 0.08993) * 9.81;
-    assert!((difference_n / two_legs_n - 1.0).abs() < 0.15, "{difference_n} N");
+    assert!(
+        (difference_n / two_legs_n - 1.0).abs() < 0.15,
+        "{difference_n} N"
+    );
 }
 
 #[test]
@@ -113,7 +120,11 @@ fn mirrored_damage_gives_mirrored_roll_and_yaw() {
         let mirrored = simulate(mirror_image, &mirrored_gait);
         let (ours, theirs) = (walk.angles_rad(), mirrored.angles_rad());
         let apart_deg = |ours: &[f64], theirs: &[f64], sign: f64| {
-            let total: f64 = ours.iter().zip(theirs).map(|(a, b)| (a - sign * b).abs()).sum();
+            let total: f64 = ours
+                .iter()
+                .zip(theirs)
+                .map(|(a, b)| (a - sign * b).abs())
+                .sum();
             (total / ours.len() as f64).to_degrees()
         };
         // Single precision and the order of contacts leave a small difference.
@@ -123,8 +134,14 @@ fn mirrored_damage_gives_mirrored_roll_and_yaw() {
             apart_deg(&ours.yaw, &theirs.yaw, -1.0),
         );
         assert!(roll < 0.1 && pitch < 0.1, "{lost}: {roll}° {pitch}°");
-        assert!(yaw < 0.02 * last_deg(&ours.yaw).abs().max(20.0), "{lost}: {yaw}°");
-        assert!(apart_deg(&ours.roll, &theirs.roll, 1.0) > 1.0, "{lost}: control");
+        assert!(
+            yaw < 0.02 * last_deg(&ours.yaw).abs().max(20.0),
+            "{lost}: {yaw}°"
+        );
+        assert!(
+            apart_deg(&ours.roll, &theirs.roll, 1.0) > 1.0,
+            "{lost}: control"
+        );
     }
 }
 
@@ -166,7 +183,10 @@ fn energy_never_grows_in_a_passive_drop() {
     for energy in &energy_j {
         lowest_j = lowest_j.min(*energy);
         // One per cent of what there was at first, for the integrator.
-        assert!(*energy <= lowest_j + 0.01 * first, "{energy} after {lowest_j} J");
+        assert!(
+            *energy <= lowest_j + 0.01 * first,
+            "{energy} after {lowest_j} J"
+        );
     }
     assert!(last < 0.6 * first, "the legs give way: {first} to {last} J");
 
@@ -186,8 +206,14 @@ fn energy_is_conserved_until_the_ground_is_hit() {
         assert!((energy / energy_j[0] - 1.0).abs() < 0.002, "{energy} J");
     }
     let fallen_m = height_m[0] - height_m[airborne_steps];
-    assert!((fallen_m - 0.5 * 9.81 * airborne_s * airborne_s).abs() < 0.003, "{fallen_m} m");
-    assert!(*energy_j.last().unwrap() < 0.5 * energy_j[0], "it does land");
+    assert!(
+        (fallen_m - 0.5 * 9.81 * airborne_s * airborne_s).abs() < 0.003,
+        "{fallen_m} m"
+    );
+    assert!(
+        *energy_j.last().unwrap() < 0.5 * energy_j[0],
+        "it does land"
+    );
 }
 
 #[test]
@@ -208,9 +234,15 @@ fn on_a_slope_the_robot_stands_parallel_to_it() {
         (angles.roll[10].to_degrees(), angles.pitch[10].to_degrees())
     };
     let (roll_deg, pitch_deg) = on(0.0);
-    assert!(roll_deg.abs() < 0.5 && (pitch_deg + 7.0).abs() < 0.5, "nose up is negative pitch");
+    assert!(
+        roll_deg.abs() < 0.5 && (pitch_deg + 7.0).abs() < 0.5,
+        "nose up is negative pitch"
+    );
     let (roll_deg, pitch_deg) = on(90.0);
-    assert!((roll_deg - 7.0).abs() < 0.5 && pitch_deg.abs() < 0.5, "left side up is positive roll");
+    assert!(
+        (roll_deg - 7.0).abs() < 0.5 && pitch_deg.abs() < 0.5,
+        "left side up is positive roll"
+    );
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! Nothing assumes six legs of three links: a quadruped whose front legs have
 //! two links and whose rear legs have three.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use mlr_model::{Gait, Morphology, Outcome, Record, Robot, SimulationSettings, Simulator, Trajectory};
+use mlr_model::{
+    Gait, Morphology, Outcome, Record, Robot, SimulationSettings, Simulator, Trajectory,
+};
 
 const ROBOT: &str = include_str!("quadruped.toml");
 
@@ -58,6 +61,9 @@ fn falls_over_without_a_leg() {
     let fallen = walk("00 11 111 111");
     let roll = &fallen.orientation.angles_rad().roll;
     let pitch = &fallen.orientation.angles_rad().pitch;
-    let tilt = roll.iter().chain(pitch).fold(0.0_f64, |m, a| m.max(a.abs()));
+    let tilt = roll
+        .iter()
+        .chain(pitch)
+        .fold(0.0_f64, |m, a| m.max(a.abs()));
     assert!(tilt > 0.2, "tilted by {tilt} rad");
 }

@@ -1,4 +1,5 @@
 //! Same inputs, same bits.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_model::{Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator};
 use rayon::prelude::*;

@@ -108,7 +108,15 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
         SearchName::Exact => Search::Exact,
     };
     let bar = Bar::new();
-    let answer = identify(recording, &robot, &gait, &settings, search, options.seed, &bar);
+    let answer = identify(
+        recording,
+        &robot,
+        &gait,
+        &settings,
+        search,
+        options.seed,
+        &bar,
+    );
     bar.clear();
     let identification = answer.map_err(|error| {
         let of_the_log = error.is_recordings_fault();
@@ -145,7 +153,8 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
 impl IdentifyOptions {
     fn settings(&self) -> anyhow::Result<IdentifySettings> {
         let mut settings: IdentifySettings =
-            model_files::load(self.config.as_ref(), |text| toml::from_str(text))?.unwrap_or_default();
+            model_files::load(self.config.as_ref(), |text| toml::from_str(text))?
+                .unwrap_or_default();
         if let Some(window_s) = self.window_s {
             settings.window_s = window_s;
         }

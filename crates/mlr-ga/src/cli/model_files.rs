@@ -19,7 +19,8 @@ pub(super) struct ModelFiles {
 
 impl ModelFiles {
     pub(super) fn robot(&self) -> anyhow::Result<Robot> {
-        load(self.robot.as_ref(), Robot::from_toml).map(|robot| robot.unwrap_or_else(Robot::jethexa))
+        load(self.robot.as_ref(), Robot::from_toml)
+            .map(|robot| robot.unwrap_or_else(Robot::jethexa))
     }
 
     pub(super) fn gait(&self) -> anyhow::Result<Gait> {

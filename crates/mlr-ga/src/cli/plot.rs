@@ -22,7 +22,10 @@ pub(super) fn write(path: &Path, identification: &Identification) -> anyhow::Res
         .with_context(|| path.display().to_string())
 }
 
-fn draw(svg: &mut String, identification: &Identification) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(
+    svg: &mut String,
+    identification: &Identification,
+) -> Result<(), Box<dyn std::error::Error>> {
     let signals = &identification.signals;
     let picture = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     picture.fill(&WHITE)?;
@@ -34,7 +37,11 @@ fn draw(svg: &mut String, identification: &Identification) -> Result<(), Box<dyn
     let rows = picture.split_evenly((3, 1));
     let axes = [
         ("roll [°]", &signals.measured.roll, &signals.simulated.roll),
-        ("pitch [°]", &signals.measured.pitch, &signals.simulated.pitch),
+        (
+            "pitch [°]",
+            &signals.measured.pitch,
+            &signals.simulated.pitch,
+        ),
         ("yaw [°]", &signals.measured.yaw, &signals.simulated.yaw),
     ];
     for (index, (row, (name, measured, simulated))) in rows.iter().zip(axes).enumerate() {
@@ -76,7 +83,11 @@ fn draw_axis(
         .configure_mesh()
         .light_line_style(TRANSPARENT)
         .y_desc(name)
-        .x_desc(if with_time { "time since the start of the walk [s]" } else { "" })
+        .x_desc(if with_time {
+            "time since the start of the walk [s]"
+        } else {
+            ""
+        })
         .label_style(("sans-serif", 13))
         .draw()?;
     for (label, color, angles_rad) in [

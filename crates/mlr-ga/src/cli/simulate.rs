@@ -43,7 +43,12 @@ pub(super) struct SimulateOptions {
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0)]
     slope_deg: f64,
     /// Direction in which the ground rises, counter-clockwise from straight ahead.
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     uphill_deg: f64,
     /// Cover the ground with rubble of this height.
     #[arg(long, value_name = "METRES")]

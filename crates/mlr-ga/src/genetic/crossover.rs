@@ -31,7 +31,10 @@ mod tests {
     fn happens_as_often_as_the_crossover_rate_says() {
         let layout = LegLayout::new([3; 6]).unwrap();
         let healthy = Morphology::healthy(&layout);
-        let better = [healthy.clone().without_leg(0), healthy.clone().without_leg(1)];
+        let better = [
+            healthy.clone().without_leg(0),
+            healthy.clone().without_leg(1),
+        ];
         let mut generator = ChaCha8Rng::seed_from_u64(1);
         let settings = GeneticSettings::default();
         let children: Vec<_> = (0..10_000)

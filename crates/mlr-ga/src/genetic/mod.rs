@@ -78,7 +78,10 @@ pub fn search(
         } else {
             stalled + 1
         };
-        if settings.patience.is_some_and(|patience| stalled >= patience) {
+        if settings
+            .patience
+            .is_some_and(|patience| stalled >= patience)
+        {
             break;
         }
     }

@@ -27,7 +27,9 @@ pub enum IdentifyError {
         first: usize,
     },
     /// No simulation stayed finite.
-    #[error("all {simulated} simulated morphologies diverged; the time step is too long for this robot")]
+    #[error(
+        "all {simulated} simulated morphologies diverged; the time step is too long for this robot"
+    )]
     AllDiverged {
         /// Morphologies simulated.
         simulated: usize,
@@ -35,7 +37,7 @@ pub enum IdentifyError {
     /// A setting of the identification itself is out of range.
     #[error("{field}: {value} is not valid, expected {expected}")]
     Setting {
-        /// Field of [`IdentifySettings`].
+        /// Field of [`IdentifySettings`](super::IdentifySettings).
         field: &'static str,
         /// What was given.
         value: f64,

@@ -169,9 +169,7 @@ fn alternatives(best: &Morphology, evaluations: &Evaluations<'_>) -> Vec<Alterna
     evaluations
         .ranking()
         .into_iter()
-        .filter(|(morphology, evaluation)| {
-            *morphology != best && evaluation.cost_rad.is_finite()
-        })
+        .filter(|(morphology, evaluation)| *morphology != best && evaluation.cost_rad.is_finite())
         .take(ALTERNATIVES)
         .map(|(morphology, evaluation)| Alternative {
             morphology: morphology.to_rows(),

@@ -10,10 +10,7 @@ use csv::{ErrorKind, StringRecord};
 use flate2::bufread::MultiGzDecoder;
 use mlr_filter::{Axes, OrientationSeries};
 
-use super::{
-    Columns, LogError, LogProblem,
-    columns::Column,
-};
+use super::{Columns, LogError, LogProblem, columns::Column};
 
 /// The first bytes of every gzip file (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
@@ -82,10 +79,8 @@ fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogPro
     if times_s.is_empty() {
         return Err(LogProblem::NoSamples);
     }
-    Ok(
-        OrientationSeries::new(times_s, Axes { roll, pitch, yaw })
-            .expect("every row gave one finite number per column"),
-    )
+    Ok(OrientationSeries::new(times_s, Axes { roll, pitch, yaw })
+        .expect("every row gave one finite number per column"))
 }
 
 /// Where a column is in a row.
@@ -218,7 +213,10 @@ mod tests {
     #[test]
     fn a_short_row_names_its_line() {
         let message = message(&format!("{HEADER}0,0,0,0\n1,0,0\n"));
-        assert!(message.contains("line 3: 3 fields, expected 4"), "{message}");
+        assert!(
+            message.contains("line 3: 3 fields, expected 4"),
+            "{message}"
+        );
     }
 
     #[test]
@@ -226,7 +224,10 @@ mod tests {
         let mut bytes = HEADER.as_bytes().to_vec();
         bytes.extend(b"0,\xff\xfe,0,0\n");
         let problem = parse(bytes.as_slice(), &Columns::default()).unwrap_err();
-        assert!(matches!(problem, LogProblem::NotText { line: 2 }), "{problem}");
+        assert!(
+            matches!(problem, LogProblem::NotText { line: 2 }),
+            "{problem}"
+        );
     }
 
     #[test]

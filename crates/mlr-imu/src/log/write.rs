@@ -70,11 +70,7 @@ fn write_rows(text: &mut impl Write, log: &OrientationSeries) -> io::Result<()> 
     writeln!(text, "t_s,roll_rad,pitch_rad,yaw_rad")?;
     let angles = log.angles_rad();
     for (index, time_s) in log.times_s().iter().enumerate() {
-        let (roll, pitch, yaw) = (
-            angles.roll[index],
-            angles.pitch[index],
-            angles.yaw[index],
-        );
+        let (roll, pitch, yaw) = (angles.roll[index], angles.pitch[index], angles.yaw[index]);
         writeln!(text, "{time_s},{roll},{pitch},{yaw}")?;
     }
     Ok(())

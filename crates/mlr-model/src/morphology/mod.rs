@@ -25,7 +25,11 @@ impl LegLayout {
             .enumerate()
             .map(|(leg, n)| match u8::try_from(n) {
                 Ok(n) if n > 0 => Ok(n),
-                _ => Err(ModelError::value(format!("legs[{leg}]"), n, "1 to 255 links")),
+                _ => Err(ModelError::value(
+                    format!("legs[{leg}]"),
+                    n,
+                    "1 to 255 links",
+                )),
             })
             .collect::<Result<Box<[u8]>, _>>()?;
         if links.is_empty() {
@@ -111,7 +115,10 @@ impl Morphology {
     pub fn from_existence(layout: &LegLayout, existence: &[bool]) -> Result<Self, ModelError> {
         if existence.len() != layout.total_links() {
             return Err(ModelError::Morphology {
-                text: existence.iter().map(|&x| if x { '1' } else { '0' }).collect(),
+                text: existence
+                    .iter()
+                    .map(|&x| if x { '1' } else { '0' })
+                    .collect(),
                 reason: format!(
                     "has {} existence numbers, the robot has {} links",
                     existence.len(),

@@ -256,11 +256,7 @@ pub(crate) fn rotation_about(axis: &Vector3<f64>, angle_rad: f64) -> UnitQuatern
 }
 
 /// Rotation matrix of roll, pitch, yaw (REP-103): `Rz(yaw) Ry(pitch) Rx(roll)`.
-pub fn rotation_from_roll_pitch_yaw(
-    roll_rad: f64,
-    pitch_rad: f64,
-    yaw_rad: f64,
-) -> Rotation3<f64> {
+pub fn rotation_from_roll_pitch_yaw(roll_rad: f64, pitch_rad: f64, yaw_rad: f64) -> Rotation3<f64> {
     (rotation_about(&Vector3::z(), yaw_rad)
         * rotation_about(&Vector3::y(), pitch_rad)
         * rotation_about(&Vector3::x(), roll_rad))

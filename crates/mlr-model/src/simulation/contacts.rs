@@ -13,7 +13,11 @@ const GROUND: Group = Group::GROUP_2;
 pub(super) fn ground(shape: SharedShape, pose: Pose, contact: &GroundContact) -> Collider {
     surface(ColliderBuilder::new(shape), contact)
         .position(pose)
-        .collision_groups(InteractionGroups::new(GROUND, ROBOT, InteractionTestMode::And))
+        .collision_groups(InteractionGroups::new(
+            GROUND,
+            ROBOT,
+            InteractionTestMode::And,
+        ))
         .build()
 }
 
@@ -38,7 +42,11 @@ pub(super) fn link(link: &Link, contact: &GroundContact) -> Option<Collider> {
 
 fn robot_part(builder: ColliderBuilder, contact: &GroundContact) -> Collider {
     surface(builder, contact)
-        .collision_groups(InteractionGroups::new(ROBOT, GROUND, InteractionTestMode::And))
+        .collision_groups(InteractionGroups::new(
+            ROBOT,
+            GROUND,
+            InteractionTestMode::And,
+        ))
         .build()
 }
 

@@ -53,7 +53,10 @@ impl ServoState {
         let wanted_nm = servo.stiffness_nm_per_rad * (self.set_point_rad - angle_rad) - damping_nm;
         self.torque_nm = wanted_nm.clamp(-servo.torque_limit_nm, servo.torque_limit_nm);
         let rest_rad = angle_rad + (self.torque_nm + damping_nm) / servo.stiffness_nm_per_rad;
-        link.joint
-            .set_spring(HINGE_AXIS, servo.stiffness_nm_per_rad as f32, rest_rad as f32);
+        link.joint.set_spring(
+            HINGE_AXIS,
+            servo.stiffness_nm_per_rad as f32,
+            rest_rad as f32,
+        );
     }
 }

@@ -52,7 +52,13 @@ impl Default for SimulationSettings {
 impl SimulationSettings {
     pub(super) fn check(&self) -> Result<(), ModelError> {
         let range = ModelError::check_range;
-        range("duration_s", self.duration_s, 0.01, 3600.0, "0.01 to 3600 s")?;
+        range(
+            "duration_s",
+            self.duration_s,
+            0.01,
+            3600.0,
+            "0.01 to 3600 s",
+        )?;
         range("settle_s", self.settle_s, 0.0, 60.0, "0 to 60 s")?;
         range("stand_s", self.stand_s, 0.0, 3600.0, "0 to 3600 s")?;
         range(

@@ -203,7 +203,9 @@ impl<'a> World<'a> {
         let mut displacements = vec![0.0; multibody.ndofs()];
         multibody.damping_mut().fill(0.0);
         for (index, joint) in self.joints.iter().enumerate() {
-            let freedom = multibody.link(index + 1).map_or(0, MultibodyLink::assembly_id);
+            let freedom = multibody
+                .link(index + 1)
+                .map_or(0, MultibodyLink::assembly_id);
             displacements[freedom] = commands.angle_rad(joint.leg, joint.link, 0.0) as f32;
             multibody.damping_mut()[freedom] = self.servo.damping_nm_s_per_rad as f32;
         }
@@ -321,7 +323,11 @@ fn start_pose(simulator: &Simulator, morphology: &Morphology) -> Isometry3<f64> 
             .map(|link| simulator.commands.angle_rad(index, link, 0.0))
             .collect();
         let tip = kinematics::foot_tip(leg, &angles_rad);
-        let radius_m = match angles_rad.len().checked_sub(1).map(|last| leg.links[last].contact) {
+        let radius_m = match angles_rad
+            .len()
+            .checked_sub(1)
+            .map(|last| leg.links[last].contact)
+        {
             Some(Some(ContactShape::Capsule { radius_m } | ContactShape::Foot { radius_m })) => {
                 radius_m
             }
@@ -405,8 +411,7 @@ impl RigidMass {
         let turn = frame.rotation.to_rotation_matrix();
         let other_inertia = turn * other.inertia_kg_m2 * turn.transpose();
         let mass_kg = self.mass_kg + other.mass_kg;
-        let center_m =
-            (self.center_m * self.mass_kg + other_center * other.mass_kg) / mass_kg;
+        let center_m = (self.center_m * self.mass_kg + other_center * other.mass_kg) / mass_kg;
         self.inertia_kg_m2 = self.inertia_kg_m2
             + shift(self.mass_kg, self.center_m - center_m)
             + other_inertia
