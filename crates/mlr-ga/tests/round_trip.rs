@@ -21,7 +21,10 @@ fn simulated(folder: &Folder, name: &str, damage: &[&str]) -> String {
     let log = folder.path(name);
     let mut arguments = vec!["simulate", "-o", &log, "--walk-s", "4"];
     arguments.extend(damage);
-    folder.succeeds(&arguments);
+    arguments.push("--json");
+    let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
+    assert_eq!(report["schema"], "mlr.simulation/1");
+    assert_eq!(report["samples"], 3001, "two seconds of standing, four of walking");
     log
 }
 
@@ -199,4 +202,31 @@ fn a_plot_shows_both_signals_and_overwrites_nothing() {
         2,
         &["roll.svg", "exists"],
     );
+}
+
+#[test]
+fn diverged_simulations_are_counted_and_never_win() {
+    let folder = Folder::new();
+    let log = simulated(&folder, "log.csv", &["--legs-lost", "3"]);
+    // Links of next to no inertia, which single precision cannot simulate.
+    let hollow: String = mlr_model::Robot::JETHEXA_TOML
+        .lines()
+        .map(|line| match line {
+            line if line.starts_with("inertia") && line.contains("e-5") => {
+                "inertia_kg_m2 = [1e-20, 1e-20, 1e-20]\n".into()
+            }
+            line => format!("{line}\n"),
+        })
+        .collect();
+    let robot = folder.write("hollow.toml", hollow);
+    let config = folder.write("quick.toml", QUICK);
+    let exact = ["--search", "exact", "--robot", &robot, "--config", &config];
+    let mut arguments = vec!["identify", &log, "--json"];
+    arguments.extend(exact);
+    let answer: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
+    assert_eq!(answer["evaluations"], 4096);
+    assert_eq!(answer["diverged"], 4095, "all but the body without legs");
+    assert_eq!(answer["damaged_legs"], Value::from(vec![1, 2, 3, 4, 5, 6]));
+    assert!(answer["cost_rad"].as_f64().unwrap() > 0.0);
+    assert_eq!(answer["alternatives"], Value::Array(vec![]), "infinite costs are none");
 }

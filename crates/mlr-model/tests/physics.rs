@@ -283,32 +283,22 @@ fn less_friction_lets_a_weak_group_turn_the_robot_less() {
 
 #[test]
 fn a_state_that_blows_up_is_an_outcome() {
-    let servo = Servo {
-        stiffness_nm_per_rad: 1e6,
-        torque_limit_nm: 1e6,
-        speed_limit_rad_per_s: 1e6,
-        ..*Robot::jethexa().servo()
-    };
-    let settings = SimulationSettings {
-        start_clearance_m: 1000.0,
-        time_step_s: 0.02,
-        contact: GroundContact {
-            natural_frequency_hz: 1e6,
-            damping_ratio: 0.01,
-            friction: 10.0,
-        },
-        duration_s: 60.0,
-        ..Default::default()
-    };
-    let robot = Robot::jethexa().with_servo(servo).unwrap();
-    let simulator = Simulator::new(robot, &Gait::tripod(), settings).unwrap();
-    let healthy = Morphology::healthy(&simulator.robot().layout());
-    // Whatever comes of it, it is no panic and no silent zero.
-    match simulator.simulate(&healthy) {
-        Outcome::Diverged { at_s } => assert!(at_s.is_finite()),
-        Outcome::Walked(trajectory) => {
-            let angles = trajectory.orientation.angles_rad();
-            assert!(angles.roll.iter().any(|roll| *roll != 0.0));
-        }
-    }
+    // Links of next to no inertia: single precision cannot solve for their speed.
+    let hollow: String = Robot::JETHEXA_TOML
+        .lines()
+        .map(|line| match line {
+            line if line.starts_with("inertia") && line.contains("e-5") => {
+                "inertia_kg_m2 = [1e-20, 1e-20, 1e-20]\n".into()
+            }
+            line => format!("{line}\n"),
+        })
+        .collect();
+    let robot = Robot::from_toml(&hollow).unwrap();
+    let simulator = Simulator::new(robot, &Gait::tripod(), SimulationSettings::default()).unwrap();
+    let layout = simulator.robot().layout();
+    let outcome = simulator.simulate(&Morphology::healthy(&layout));
+    assert!(matches!(outcome, Outcome::Diverged { .. }), "{outcome:?}");
+
+    let body_only = Morphology::parse_legs_lost("1,2,3,4,5,6", &layout).unwrap();
+    assert!(matches!(simulator.simulate(&body_only), Outcome::Walked(_)));
 }

@@ -11,7 +11,12 @@ use mlr_model::{
     Simulator, Terrain,
 };
 
+use serde_json::json;
+
 use super::{model_files::ModelFiles, output};
+
+/// Version of the JSON output.
+const SCHEMA: &str = "mlr.simulation/1";
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateOptions {
@@ -56,6 +61,9 @@ pub(super) struct SimulateOptions {
     /// Chooses the rubble.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Print one JSON object instead of a sentence.
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     model: ModelFiles,
 }
@@ -89,13 +97,7 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
         .collect();
     let log = OrientationSeries::new(times_s, orientation.angles_rad().clone())?;
     write_log(&options.output, &log)?;
-    output::result(&format!(
-        "{}: {} samples, {}, walking from {} s on\n",
-        options.output.display(),
-        log.len(),
-        morphology.describe(),
-        options.stand_s
-    ))?;
+    output::result(&options.report(&morphology, log.len()))?;
     Ok(())
 }
 
@@ -106,6 +108,27 @@ impl SimulateOptions {
             (None, Some(legs)) => Morphology::parse_legs_lost(legs, layout)?,
             (None, None) => Morphology::healthy(layout),
         })
+    }
+
+    fn report(&self, morphology: &Morphology, samples: usize) -> String {
+        if self.json {
+            let report = json!({
+                "schema": SCHEMA,
+                "log": self.output,
+                "morphology": morphology.to_rows(),
+                "damaged_legs": morphology.damaged_legs(),
+                "samples": samples,
+                "motion_start_s": self.stand_s,
+            });
+            format!("{report}\n")
+        } else {
+            format!(
+                "{}: {samples} samples, {}, walking from {} s on\n",
+                self.output.display(),
+                morphology.describe(),
+                self.stand_s
+            )
+        }
     }
 
     fn settings(&self) -> SimulationSettings {

@@ -177,3 +177,94 @@ impl Run {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::Ordering;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::evaluation::tests::Distance;
+
+    fn run(target: &Morphology, settings: &GeneticSettings, seed: u64) -> (GeneticRun, usize) {
+        let objective = Distance::to(target.clone());
+        let mut evaluations = Evaluations::new(&objective, &());
+        let run = search(&target.layout(), settings, seed, &mut evaluations);
+        (run, objective.calls.load(Ordering::Relaxed))
+    }
+
+    fn hexapod(text: &str) -> Morphology {
+        Morphology::parse(text, &LegLayout::new([3; 6]).unwrap()).unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn repeatable_and_never_worse_from_one_generation_to_the_next(
+            seed in any::<u64>(),
+            bits in prop::collection::vec(any::<bool>(), 18),
+        ) {
+            let layout = LegLayout::new([3; 6]).unwrap();
+            let target = Morphology::from_existence(&layout, &bits).unwrap();
+            let settings = GeneticSettings::default();
+            let (first, evaluations) = run(&target, &settings, seed);
+            prop_assert_eq!(&first, &run(&target, &settings, seed).0);
+            prop_assert!(first.cost_per_generation.is_sorted_by(|a, b| b <= a));
+            prop_assert_eq!(first.best, target, "one smooth hill");
+            prop_assert!(evaluations <= 1 + 2 * (10 + 20 * 5) + 2 * 8 * 18);
+        }
+
+        #[test]
+        fn small_robots_are_searched_to_the_end(
+            links in prop::collection::vec(1_usize..3, 1..3),
+            seed in any::<u64>(),
+        ) {
+            let layout = LegLayout::new(links).unwrap();
+            let target = layout.enumerate().last().unwrap();
+            let (found, evaluations) = run(&target, &GeneticSettings::default(), seed);
+            prop_assert_eq!(found.best, target);
+            prop_assert!(evaluations as u128 <= layout.count().unwrap());
+        }
+    }
+
+    #[test]
+    fn an_earlier_run_changes_nothing_but_the_time() {
+        let target = hexapod("111 100 111 110 111 000");
+        let settings = GeneticSettings::default();
+        let (alone, _) = run(&target, &settings, 2);
+        let objective = Distance::to(target.clone());
+        let mut evaluations = Evaluations::new(&objective, &());
+        search(&target.layout(), &settings, 1, &mut evaluations);
+        let second = search(&target.layout(), &settings, 2, &mut evaluations);
+        assert_eq!(alone, second);
+    }
+
+    #[test]
+    fn stops_when_nothing_improves_for_long_enough() {
+        let healthy = hexapod("111 111 111 111 111 111");
+        let settings = GeneticSettings {
+            patience: Some(3),
+            refine: false,
+            ..Default::default()
+        };
+        let (found, _) = run(&healthy, &settings, 1);
+        assert_eq!(found.cost_per_generation, [0.0; 4], "healthy is known from the start");
+        let impatient = GeneticSettings {
+            patience: None,
+            ..settings
+        };
+        assert_eq!(run(&healthy, &impatient, 1).0.cost_per_generation.len(), 21);
+    }
+
+    #[test]
+    fn one_population_without_refinement_is_the_papers() {
+        let settings = GeneticSettings {
+            islands: 1,
+            refine: false,
+            ..Default::default()
+        };
+        let (_, evaluations) = run(&hexapod("000 111 111 000 111 111"), &settings, 1);
+        assert_eq!(evaluations, 1 + 10 + 20 * 5, "and the healthy robot");
+    }
+}
