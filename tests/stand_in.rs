@@ -1,10 +1,10 @@
-//! The program's main job on every stand-in log of a damaged or healthy robot on
-//! even ground, with default settings. The truth is read by the assertions only.
+//! Detection on every stand-in log, and identification on every one of a damaged or
+//! healthy robot on even ground, with default settings. The truth is read by the assertions only.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::{collections::BTreeMap, fs};
 
-use mlr_ga::{IdentifySettings, Search, identify};
+use mlr_ga::{DetectionSettings, IdentifySettings, Search, detect, identify};
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, read_log};
 use mlr_model::{Gait, Robot};
@@ -26,11 +26,39 @@ impl Truth {
     }
 }
 
+fn truths() -> BTreeMap<String, Truth> {
+    serde_json::from_str(&fs::read_to_string(data("logs/stand-in/truth.json")).unwrap()).unwrap()
+}
+
+/// The paper's detection figure: the damage of `detect-legs3-4` strikes at 19 s.
+#[test]
+fn notices_damage_and_nothing_else() {
+    for (name, truth) in truths() {
+        let log = data(&format!("logs/stand-in/{name}.csv.gz"));
+        let recording = read_log(&log, &Columns::default()).unwrap();
+        let detection = detect(recording, &DetectionSettings::default()).unwrap();
+        let start_s = detection.motion_start_s.unwrap();
+        assert!(
+            (start_s - truth.motion_start_s).abs() < 0.08,
+            "{name}: {start_s}"
+        );
+        if truth.damaged_legs().is_empty() {
+            assert_eq!(detection.damage_s, None, "{name}");
+            continue;
+        }
+        let struck_s = match name.as_str() {
+            "detect-legs3-4" => 19.0,
+            _ => truth.motion_start_s,
+        };
+        let delay_s = detection.damage_s.unwrap() - struck_s;
+        let slowest_s = if name == "detect-legs3-4" { 3.5 } else { 4.0 };
+        assert!((2.0..slowest_s).contains(&delay_s), "{name}: {delay_s} s");
+    }
+}
+
 #[test]
 fn names_the_damaged_legs() {
-    let truths: BTreeMap<String, Truth> =
-        serde_json::from_str(&fs::read_to_string(data("logs/stand-in/truth.json")).unwrap())
-            .unwrap();
+    let truths = truths();
     let names: Vec<_> = truths
         .keys()
         .filter(|name| {

@@ -12,6 +12,9 @@
 //! 4. [`FourierFilter`] keeps the motion's own frequencies (Algorithm 2 of the
 //!    paper) and reconstructs the signal on one common time vector.
 //!
+//! [`DamageDetector`] watches roll and pitch while the robot walks and notices
+//! when it has been damaged.
+//!
 //! ```
 //! use mlr_filter::{Axes, FilterSettings, FourierFilter, OrientationSeries, Window};
 //! use std::f64::consts::TAU;
@@ -38,13 +41,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod damage_detector;
 mod fourier_filter;
 mod motion_start;
 mod orientation;
+mod sliding_range;
 mod spectrum;
 mod time_stamps;
 mod window;
 
+pub use damage_detector::{Assessment, DamageDetector, DetectorError, DetectorSettings};
 pub use fourier_filter::{Conditioned, FilterError, FilterSettings, FourierFilter, Selection};
 pub use motion_start::{MotionSettings, MotionStart, NoMotion};
 pub use orientation::{Axes, Axis, OrientationSeries, SeriesError};

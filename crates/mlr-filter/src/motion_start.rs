@@ -1,11 +1,9 @@
 //! When the robot started to walk.
 
-use std::collections::VecDeque;
-
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::OrientationSeries;
+use crate::{OrientationSeries, sliding_range::SlidingRange};
 
 /// Parameters of the search for the start of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -179,48 +177,6 @@ fn first_sustained(
     None
 }
 
-/// Maximum minus minimum of the samples of the last `window_s`, in amortised
-/// constant time per sample.
-struct SlidingRange {
-    window_s: f64,
-    /// Samples that may still become the maximum, values falling.
-    falling: VecDeque<(f64, f64)>,
-    /// Samples that may still become the minimum, values rising.
-    rising: VecDeque<(f64, f64)>,
-}
-
-impl SlidingRange {
-    fn new(window_s: f64) -> Self {
-        Self {
-            window_s,
-            falling: VecDeque::new(),
-            rising: VecDeque::new(),
-        }
-    }
-
-    fn push(&mut self, time_s: f64, value: f64) -> f64 {
-        while self.falling.back().is_some_and(|&(_, v)| v <= value) {
-            self.falling.pop_back();
-        }
-        while self.rising.back().is_some_and(|&(_, v)| v >= value) {
-            self.rising.pop_back();
-        }
-        for queue in [&mut self.falling, &mut self.rising] {
-            queue.push_back((time_s, value));
-            while queue
-                .front()
-                .is_some_and(|&(t, _)| t < time_s - self.window_s)
-            {
-                queue.pop_front();
-            }
-        }
-        match (self.falling.front(), self.rising.front()) {
-            (Some((_, maximum)), Some((_, minimum))) => maximum - minimum,
-            _ => 0.0,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -301,17 +257,6 @@ mod tests {
             let response_s = MotionSettings::default().response_s;
             prop_assert!(found.stood_before);
             prop_assert!((found.start_s - start_s).abs() <= response_s, "{} for {start_s}", found.start_s);
-        }
-
-        #[test]
-        fn sliding_range_agrees_with_a_plain_scan(values in prop::collection::vec(-1.0..1.0_f64, 1..100)) {
-            let mut range = SlidingRange::new(7.0);
-            for (i, value) in values.iter().enumerate() {
-                let window = &values[i.saturating_sub(7)..=i];
-                let largest = window.iter().copied().fold(f64::MIN, f64::max);
-                let smallest = window.iter().copied().fold(f64::MAX, f64::min);
-                prop_assert_eq!(range.push(i as f64, *value), largest - smallest);
-            }
         }
     }
 }

@@ -5,7 +5,7 @@
 //! morphologies for the one whose simulated walk differs least. The search is
 //! the paper's genetic algorithm ([`genetic`]) or the evaluation of every
 //! feasible morphology ([`exact`]); both minimise the paper's cost F
-//! ([`orientation_error_rad`]).
+//! ([`orientation_error_rad`]). [`detect()`] finds out when the damage happened.
 //!
 //! ```
 //! use mlr_ga::{IdentifySettings, Search, identify};
@@ -30,17 +30,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod answer_error;
 mod cost;
+mod detect;
 mod evaluation;
 pub mod exact;
 pub mod genetic;
 mod identify;
 mod objective;
+mod recording;
 
+pub use answer_error::AnswerError;
 pub use cost::{mean_error_deg, orientation_error_rad};
+pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{Evaluation, Evaluations, Objective, Progress};
 pub use identify::{
-    Alternative, ComparedSignals, Frequency, Identification, IdentifyError, IdentifySettings,
-    MeasuredWalk, Search, identify,
+    Alternative, ComparedSignals, Frequency, Identification, IdentifySettings, MeasuredWalk,
+    Search, identify,
 };
 pub use objective::{LossHypothesis, WalkObjective};

@@ -101,6 +101,17 @@ fn sampled_too_slowly() {
 }
 
 #[test]
+fn sampled_too_slowly_for_the_detector() {
+    let folder = Folder::new();
+    let log = folder.write("slow.csv", standing_then_rocking(2.0, 10.0, 4.8));
+    folder.fails(
+        &["detect", &log, "--json"],
+        CANNOT_ANSWER,
+        &["slow.csv", "sampled too slowly: 4.8 Hz", "at least 20 Hz"],
+    );
+}
+
+#[test]
 fn samples_missing() {
     let text: String = standing_then_rocking(2.0, 10.0, 970.0)
         .lines()

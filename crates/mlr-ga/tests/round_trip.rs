@@ -24,7 +24,10 @@ fn simulated(folder: &Folder, name: &str, damage: &[&str]) -> String {
     arguments.push("--json");
     let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
     assert_eq!(report["schema"], "mlr.simulation/1");
-    assert_eq!(report["samples"], 3001, "two seconds of standing, four of walking");
+    assert_eq!(
+        report["samples"], 3001,
+        "two seconds of standing, four of walking"
+    );
     log
 }
 
@@ -228,5 +231,9 @@ fn diverged_simulations_are_counted_and_never_win() {
     assert_eq!(answer["diverged"], 4095, "all but the body without legs");
     assert_eq!(answer["damaged_legs"], Value::from(vec![1, 2, 3, 4, 5, 6]));
     assert!(answer["cost_rad"].as_f64().unwrap() > 0.0);
-    assert_eq!(answer["alternatives"], Value::Array(vec![]), "infinite costs are none");
+    assert_eq!(
+        answer["alternatives"],
+        Value::Array(vec![]),
+        "infinite costs are none"
+    );
 }

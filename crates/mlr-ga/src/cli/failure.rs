@@ -2,7 +2,7 @@
 
 use std::{io, process::ExitCode};
 
-use mlr_ga::IdentifyError;
+use mlr_ga::AnswerError;
 
 /// The log was read and cannot answer.
 const CANNOT_ANSWER: u8 = 1;
@@ -25,8 +25,8 @@ pub(super) fn exit_status(result: anyhow::Result<()>) -> ExitCode {
     super::output::error(&error);
     let cannot_answer = error
         .chain()
-        .filter_map(|cause| cause.downcast_ref::<IdentifyError>())
-        .any(IdentifyError::is_recordings_fault);
+        .filter_map(|cause| cause.downcast_ref::<AnswerError>())
+        .any(AnswerError::is_recordings_fault);
     ExitCode::from(if cannot_answer {
         CANNOT_ANSWER
     } else {

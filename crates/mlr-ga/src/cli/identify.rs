@@ -9,10 +9,10 @@ use std::{
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use mlr_ga::{Identification, IdentifySettings, LossHypothesis, Search, identify};
-use mlr_imu::{Columns, read_log};
 use serde::Serialize;
 
 use super::{
+    log_file::LogFile,
     model_files::{self, ModelFiles},
     output, plot,
     progress::Bar,
@@ -23,8 +23,8 @@ const SCHEMA: &str = "mlr.identification/1";
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyOptions {
-    /// The log: .csv or .csv.gz with the columns t_s, roll_rad, pitch_rad, yaw_rad.
-    log: PathBuf,
+    #[command(flatten)]
+    log: LogFile,
     /// How to search the morphologies.
     #[arg(long, value_enum, default_value_t = SearchName::Ga)]
     search: SearchName,
@@ -50,10 +50,6 @@ pub(super) struct IdentifyOptions {
     /// Friction between feet and ground [default: 0.7].
     #[arg(long, value_name = "MU")]
     friction: Option<f64>,
-    /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw and the units
-    /// s, ms, us, ns, rad, deg.
-    #[arg(long, value_name = "MAPPING")]
-    column: Vec<String>,
     /// All settings, in TOML; options override it.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -95,12 +91,8 @@ struct Report<'a> {
 pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let started = Instant::now();
     let settings = options.settings()?;
-    let mut columns = Columns::default();
-    for mapping in &options.column {
-        columns.rename(mapping).context("--column")?;
-    }
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
-    let recording = read_log(&options.log, &columns)?;
+    let recording = options.log.read()?;
     let search = match options.search {
         SearchName::Ga => Search::Genetic {
             repeats: usize::try_from(options.repeats).context("--repeats")?,
@@ -118,15 +110,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
         &bar,
     );
     bar.clear();
-    let identification = answer.map_err(|error| {
-        let of_the_log = error.is_recordings_fault();
-        let error = anyhow::Error::from(error);
-        if of_the_log {
-            error.context(options.log.display().to_string())
-        } else {
-            error
-        }
-    })?;
+    let identification = answer.map_err(|error| options.log.blame(error))?;
     for warning in &identification.warnings {
         output::warning(warning);
     }
@@ -135,7 +119,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     }
     let report = Report {
         schema: SCHEMA,
-        log: &options.log,
+        log: options.log.path(),
         search: options.search,
         seed: options.seed,
         identification: &identification,

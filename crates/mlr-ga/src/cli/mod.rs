@@ -1,7 +1,9 @@
 //! The command line.
 
+mod detect;
 mod failure;
 mod identify;
+mod log_file;
 mod model_files;
 mod output;
 mod plot;
@@ -26,6 +28,8 @@ struct Cli {
 enum Command {
     /// Names the damaged legs of the robot that recorded LOG.
     Identify(identify::IdentifyOptions),
+    /// Finds when the robot in LOG started to walk and when it was damaged.
+    Detect(detect::DetectOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
 }
@@ -49,6 +53,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         .build()?;
     pool.install(|| match &cli.command {
         Command::Identify(options) => identify::run(options),
+        Command::Detect(options) => detect::run(options),
         Command::Simulate(options) => simulate::run(options),
     })
 }

@@ -249,7 +249,10 @@ mod tests {
             ..Default::default()
         };
         let (found, _) = run(&healthy, &settings, 1);
-        assert_eq!(found.cost_per_generation, [0.0; 4], "healthy is known from the start");
+        assert_eq!(
+            found.cost_per_generation, [0.0; 4],
+            "healthy is known from the start"
+        );
         let impatient = GeneticSettings {
             patience: None,
             ..settings

@@ -1,8 +1,7 @@
-use mlr_filter::{
-    Conditioned, FourierFilter, MotionStart, OrientationSeries, Window, clean_time_stamps,
-};
+use mlr_filter::{Conditioned, FourierFilter, MotionStart, OrientationSeries, Window};
 
-use super::{IdentifyError, IdentifySettings};
+use super::IdentifySettings;
+use crate::{AnswerError, recording::repair_time_stamps};
 
 /// The part of a recording that a morphology has to explain: the first seconds
 /// of the walk, after the filter.
@@ -18,15 +17,15 @@ impl MeasuredWalk {
     /// window that begins there.
     ///
     /// # Errors
-    /// [`IdentifyError`] when the recording has no such window, or the settings
+    /// [`AnswerError`] when the recording has no such window, or the settings
     /// make no sense.
     pub fn new(
         recording: OrientationSeries,
         settings: &IdentifySettings,
-    ) -> Result<Self, IdentifyError> {
+    ) -> Result<Self, AnswerError> {
         settings.check()?;
         let mut warnings = Vec::new();
-        let recording = repair_time_stamps(recording, settings, &mut warnings)?;
+        let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
         let start = MotionStart::find(&recording, &settings.motion)?;
         if !start.stood_before {
             warnings.push(
@@ -62,28 +61,4 @@ impl MeasuredWalk {
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
-}
-
-fn repair_time_stamps(
-    recording: OrientationSeries,
-    settings: &IdentifySettings,
-    warnings: &mut Vec<String>,
-) -> Result<OrientationSeries, IdentifyError> {
-    let total = recording.len();
-    let (recording, faults) = clean_time_stamps(recording);
-    let dropped = faults.dropped();
-    if dropped as f64 > settings.max_dropped_share * total as f64 {
-        return Err(IdentifyError::Disordered {
-            dropped,
-            total,
-            first: faults.first.map_or(0, |index| index + 1),
-        });
-    }
-    if dropped > 0 {
-        warnings.push(format!(
-            "dropped {dropped} of {total} samples with bad time stamps ({} duplicated, {} out of order)",
-            faults.duplicated, faults.out_of_order
-        ));
-    }
-    Ok(recording)
 }

@@ -1,12 +1,10 @@
 //! From a recording to the damaged legs.
 
 mod answer;
-mod error;
 mod measured_walk;
 mod settings;
 
 pub use answer::{Alternative, ComparedSignals, Frequency, Identification};
-pub use error::IdentifyError;
 pub use measured_walk::MeasuredWalk;
 pub use settings::IdentifySettings;
 
@@ -15,7 +13,7 @@ use std::collections::BTreeMap;
 use mlr_filter::OrientationSeries;
 use mlr_model::{Gait, Morphology, Robot};
 
-use crate::{Evaluations, Progress, WalkObjective, exact, genetic, mean_error_deg};
+use crate::{AnswerError, Evaluations, Progress, WalkObjective, exact, genetic, mean_error_deg};
 
 /// How the morphologies are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +35,7 @@ const ALTERNATIVES: usize = 5;
 /// `gait`. Same inputs, same answer, whatever the number of threads.
 ///
 /// # Errors
-/// [`IdentifyError`]; [`IdentifyError::is_recordings_fault`] tells a recording
+/// [`AnswerError`]; [`AnswerError::is_recordings_fault`] tells a recording
 /// that cannot answer from settings that make no sense.
 pub fn identify(
     recording: OrientationSeries,
@@ -47,12 +45,12 @@ pub fn identify(
     search: Search,
     seed: u64,
     progress: &dyn Progress,
-) -> Result<Identification, IdentifyError> {
+) -> Result<Identification, AnswerError> {
     let measured = MeasuredWalk::new(recording, settings)?;
     let objective = WalkObjective::new(measured.conditioned().clone(), robot, gait, settings)?;
     let mut evaluations = Evaluations::new(&objective, progress);
     let found = Found::by(search, robot, settings, seed, &mut evaluations);
-    let no_walk = || IdentifyError::AllDiverged {
+    let no_walk = || AnswerError::AllDiverged {
         simulated: evaluations.len(),
     };
     let best = evaluations.get(&found.best).ok_or_else(no_walk)?;

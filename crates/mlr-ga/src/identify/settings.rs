@@ -2,8 +2,7 @@ use mlr_filter::{FilterSettings, MotionSettings, SamplingLimits};
 use mlr_model::SimulationSettings;
 use serde::{Deserialize, Serialize};
 
-use super::IdentifyError;
-use crate::{LossHypothesis, genetic::GeneticSettings};
+use crate::{AnswerError, LossHypothesis, genetic::GeneticSettings};
 
 /// Everything about an identification that can be chosen. The defaults are the
 /// paper's values where it gives one.
@@ -46,12 +45,12 @@ impl Default for IdentifySettings {
 
 impl IdentifySettings {
     /// Checks what no other part checks on its own.
-    pub(super) fn check(&self) -> Result<(), IdentifyError> {
+    pub(super) fn check(&self) -> Result<(), AnswerError> {
         let within = |field, value: f64, low: f64, high: f64, expected| {
             if (low..=high).contains(&value) {
                 Ok(())
             } else {
-                Err(IdentifyError::Setting {
+                Err(AnswerError::Setting {
                     field,
                     value,
                     expected,

@@ -40,16 +40,20 @@ pub enum LogProblem {
     #[error("has a header but no samples")]
     NoSamples,
     /// A column is not there.
-    #[error("line 1: no column {column:?}, found {found}")]
+    #[error("line {line}: no column {column:?}, found {found}")]
     MissingColumn {
+        /// Line of the header.
+        line: u64,
         /// The name looked for.
         column: String,
         /// The names that are there.
         found: String,
     },
     /// A column's name is there twice.
-    #[error("line 1: column {column:?} appears more than once")]
+    #[error("line {line}: column {column:?} appears more than once")]
     AmbiguousColumn {
+        /// Line of the header.
+        line: u64,
         /// The name.
         column: String,
     },

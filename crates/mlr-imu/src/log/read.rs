@@ -49,6 +49,8 @@ fn open(path: &Path) -> Result<Box<dyn Read>, LogProblem> {
 fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogProblem> {
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
+        // Loggers like to note their settings above the header.
+        .comment(Some(b'#'))
         .from_reader(text);
     let header = reader.headers().map_err(|error| problem(error, 1))?.clone();
     if header.iter().all(str::is_empty) {
@@ -100,9 +102,11 @@ impl<'a> Field<'a> {
         match (matches.next(), matches.next()) {
             (Some(index), None) => Ok(Self { index, column }),
             (Some(_), Some(_)) => Err(LogProblem::AmbiguousColumn {
+                line: header_line(header),
                 column: column.name.clone(),
             }),
             (None, _) => Err(LogProblem::MissingColumn {
+                line: header_line(header),
                 column: column.name.clone(),
                 found: header.iter().collect::<Vec<_>>().join(", "),
             }),
@@ -121,6 +125,10 @@ impl<'a> Field<'a> {
                 text: text.into(),
             })
     }
+}
+
+fn header_line(header: &StringRecord) -> u64 {
+    header.position().map_or(1, csv::Position::line)
 }
 
 /// What a failure of the CSV reader at `line` means.
@@ -180,6 +188,17 @@ mod tests {
     fn windows_line_ends_spaces_and_byte_order_mark_are_fine() {
         let log = read("\u{feff}t_s, roll_rad, pitch_rad, yaw_rad\r\n0, 1, 2, 3\r\n").unwrap();
         assert_eq!(log.angles_rad().yaw, [3.0]);
+    }
+
+    #[test]
+    fn comments_above_the_header_are_skipped_and_counted() {
+        let log = read(&format!("# 80 Hz\n{HEADER}0,1,2,3\n")).unwrap();
+        assert_eq!(log.angles_rad().roll, [1.0]);
+        let message = message("# 80 Hz\nt,roll_rad,pitch_rad,yaw_rad\n0,1,2,3\n");
+        assert!(
+            message.starts_with("line 2: no column \"t_s\""),
+            "{message}"
+        );
     }
 
     #[test]

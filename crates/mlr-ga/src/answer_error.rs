@@ -1,12 +1,12 @@
-use mlr_filter::{FilterError, NoMotion, WindowError};
+use mlr_filter::{DetectorError, FilterError, NoMotion, WindowError};
 use mlr_model::ModelError;
 use thiserror::Error;
 
 use crate::genetic::SettingsError;
 
-/// Why there is no answer.
+/// Why [`identify()`](crate::identify()) or [`detect`](crate::detect()) has no answer.
 #[derive(Debug, Error)]
-pub enum IdentifyError {
+pub enum AnswerError {
     /// The recording does not cover the window after the start of the walk.
     #[error(transparent)]
     Window(#[from] WindowError),
@@ -37,7 +37,7 @@ pub enum IdentifyError {
     /// A setting of the identification itself is out of range.
     #[error("{field}: {value} is not valid, expected {expected}")]
     Setting {
-        /// Field of [`IdentifySettings`](super::IdentifySettings).
+        /// Field of [`IdentifySettings`](crate::IdentifySettings).
         field: &'static str,
         /// What was given.
         value: f64,
@@ -50,17 +50,24 @@ pub enum IdentifyError {
     /// A setting of the genetic algorithm makes no sense.
     #[error(transparent)]
     Genetic(#[from] SettingsError),
+    /// A setting of the damage detector makes no sense, or the recording is
+    /// sampled too slowly for it.
+    #[error(transparent)]
+    Detector(#[from] DetectorError),
     /// Robot, gait and simulation settings do not fit together.
     #[error(transparent)]
     Model(#[from] ModelError),
 }
 
-impl IdentifyError {
+impl AnswerError {
     /// Whether the recording is at fault, rather than what was asked of it.
     pub fn is_recordings_fault(&self) -> bool {
         matches!(
             self,
-            Self::Window(_) | Self::NoMotion(_) | Self::Disordered { .. }
+            Self::Window(_)
+                | Self::NoMotion(_)
+                | Self::Disordered { .. }
+                | Self::Detector(DetectorError::TooSlow { .. })
         )
     }
 }

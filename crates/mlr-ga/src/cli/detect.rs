@@ -1,0 +1,85 @@
+//! `mlr-ga detect`.
+
+use std::{fmt::Write, path::PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+use mlr_ga::{Detection, DetectionSettings, detect};
+use serde::Serialize;
+
+use super::{log_file::LogFile, model_files, output};
+
+/// Version of the JSON output.
+const SCHEMA: &str = "mlr.detection/1";
+
+#[derive(Debug, Args)]
+pub(super) struct DetectOptions {
+    #[command(flatten)]
+    log: LogFile,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// All settings, in TOML.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+}
+
+/// The JSON object.
+#[derive(Serialize)]
+struct Report<'a> {
+    schema: &'static str,
+    log: &'a PathBuf,
+    #[serde(flatten)]
+    detection: &'a Detection,
+}
+
+pub(super) fn run(options: &DetectOptions) -> anyhow::Result<()> {
+    let settings: DetectionSettings =
+        model_files::load(options.config.as_ref(), |text| toml::from_str(text))?
+            .unwrap_or_default();
+    let recording = options.log.read()?;
+    let detection = detect(recording, &settings).map_err(|error| options.log.blame(error))?;
+    for warning in &detection.warnings {
+        output::warning(warning);
+    }
+    let report = Report {
+        schema: SCHEMA,
+        log: options.log.path(),
+        detection: &detection,
+    };
+    let text = if options.json {
+        serde_json::to_string(&report).context("JSON")? + "\n"
+    } else {
+        report.table()
+    };
+    output::result(&text)?;
+    Ok(())
+}
+
+impl Report<'_> {
+    /// The answer for people.
+    fn table(&self) -> String {
+        let detection = self.detection;
+        let mut table = String::new();
+        let mut line = |label: &str, text: &str| {
+            let _ = writeln!(table, "{label:<14}{text}");
+        };
+        line("log", &self.log.display().to_string());
+        match detection.motion_start_s {
+            Some(start_s) => line("walk starts", &format!("{start_s:.2} s")),
+            None => line("walk starts", "never"),
+        }
+        match detection.damage_s {
+            Some(damage_s) => line("damage", &format!("flagged at {damage_s:.2} s")),
+            None => line("damage", "none"),
+        }
+        line(
+            "fluctuation",
+            &format!(
+                "up to {:.1}° (threshold {:.1}°)",
+                detection.max_fluctuation_deg, detection.threshold_deg
+            ),
+        );
+        table
+    }
+}

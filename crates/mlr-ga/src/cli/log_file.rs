@@ -1,0 +1,44 @@
+//! The log that a command reads.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+use mlr_filter::OrientationSeries;
+use mlr_ga::AnswerError;
+use mlr_imu::{Columns, read_log};
+
+#[derive(Debug, Args)]
+pub(super) struct LogFile {
+    /// The log: .csv or .csv.gz with the columns t_s, roll_rad, pitch_rad, yaw_rad.
+    log: PathBuf,
+    /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw and the units
+    /// s, ms, us, ns, rad, deg.
+    #[arg(long, value_name = "MAPPING")]
+    column: Vec<String>,
+}
+
+impl LogFile {
+    pub(super) fn path(&self) -> &PathBuf {
+        &self.log
+    }
+
+    pub(super) fn read(&self) -> anyhow::Result<OrientationSeries> {
+        let mut columns = Columns::default();
+        for mapping in &self.column {
+            columns.rename(mapping).context("--column")?;
+        }
+        Ok(read_log(&self.log, &columns)?)
+    }
+
+    /// Names the log in an error that is the log's fault.
+    pub(super) fn blame(&self, error: AnswerError) -> anyhow::Error {
+        let of_the_log = error.is_recordings_fault();
+        let error = anyhow::Error::from(error);
+        if of_the_log {
+            error.context(self.log.display().to_string())
+        } else {
+            error
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! When the robot started to walk, and when it was damaged.
+
+use mlr_filter::{
+    DamageDetector, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::{AnswerError, recording::repair_time_stamps};
+
+/// Everything about a detection that can be chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DetectionSettings {
+    /// Largest share of samples that may be lost to bad time stamps.
+    pub max_dropped_share: f64,
+    /// The search for the start of the walk.
+    pub motion: MotionSettings,
+    /// The damage detector.
+    pub detector: DetectorSettings,
+}
+
+impl Default for DetectionSettings {
+    fn default() -> Self {
+        Self {
+            max_dropped_share: 0.2,
+            motion: MotionSettings::default(),
+            detector: DetectorSettings::default(),
+        }
+    }
+}
+
+/// The answer. Serialises to the fields of `mlr.detection/1`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Detection {
+    /// Log time at which the walk started, if there is one.
+    pub motion_start_s: Option<f64>,
+    /// Log time at which damage was flagged first, if it was.
+    pub damage_s: Option<f64>,
+    /// Whether damage was flagged.
+    pub flagged: bool,
+    /// Largest fluctuation of roll or pitch within a window.
+    pub max_fluctuation_deg: f64,
+    /// Fluctuation that a healthy robot stays below.
+    pub threshold_deg: f64,
+    /// What a person should know about the recording.
+    pub warnings: Vec<String>,
+}
+
+/// Runs the damage detector over a recording.
+///
+/// # Errors
+/// [`AnswerError`] when the time stamps do not run forward, when the recording
+/// is sampled too slowly for the detector's window, or when a setting makes no
+/// sense.
+pub fn detect(
+    recording: OrientationSeries,
+    settings: &DetectionSettings,
+) -> Result<Detection, AnswerError> {
+    let mut detector = DamageDetector::new(settings.detector)?;
+    let mut warnings = Vec::new();
+    let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
+    let mut detection = Detection {
+        motion_start_s: None,
+        damage_s: None,
+        flagged: false,
+        max_fluctuation_deg: 0.0,
+        threshold_deg: settings.detector.threshold_deg,
+        warnings,
+    };
+    let angles = recording.angles_rad();
+    for (index, &time_s) in recording.times_s().iter().enumerate() {
+        let assessment = detector.push(time_s, angles.roll[index], angles.pitch[index])?;
+        if let Some(assessment) = assessment {
+            detection.max_fluctuation_deg = detection
+                .max_fluctuation_deg
+                .max(assessment.fluctuation_deg);
+            if assessment.damaged {
+                detection.damage_s = detection.damage_s.or(Some(assessment.time_s));
+            }
+        }
+    }
+    detection.flagged = detection.damage_s.is_some();
+    detection.motion_start_s = MotionStart::find(&recording, &settings.motion)
+        .ok()
+        .map(|start| start.start_s);
+    Ok(detection)
+}
