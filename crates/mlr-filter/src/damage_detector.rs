@@ -110,9 +110,8 @@ pub struct DamageDetector {
     steps_per_window: i64,
     /// Time at which step 0 began: that of the first sample.
     origin_s: f64,
-    /// Samples since then, and the time of the last one.
+    /// Samples since then.
     received: usize,
-    last_s: f64,
     /// Runs of samples in a row, between pauses, that were too short for a window.
     short_runs: u32,
     /// First and last time at which the current episode exceeded the threshold.
@@ -198,7 +197,6 @@ impl DamageDetector {
             steps_per_window: (settings.window_s / settings.step_s).round() as i64,
             origin_s: 0.0,
             received: 0,
-            last_s: 0.0,
             short_runs: 0,
             episode: None,
         })
@@ -224,24 +222,24 @@ impl DamageDetector {
         let number = ((time_s - self.origin_s) / self.settings.step_s + 1e-6).floor() as i64;
         if number <= last {
             if number == last {
-                self.add_to_step(time_s, roll_rad, pitch_rad);
+                self.add_to_step(roll_rad, pitch_rad);
             }
             return Ok(None);
         }
         if number - last > self.steps_per_window {
-            self.check_pause()?;
+            self.check_pause(time_s)?;
             self.begin_anew(time_s, roll_rad, pitch_rad);
             return Ok(None);
         }
         let assessment = if last + 1 >= self.steps_per_window {
             let end_s = self.origin_s + (last + 1) as f64 * self.settings.step_s;
-            self.check_rate()?;
+            self.check_rate(time_s)?;
             self.short_runs = 0;
             Some(self.assess(end_s))
         } else {
             None
         };
-        self.begin_step(number, time_s, roll_rad, pitch_rad);
+        self.begin_step(number, roll_rad, pitch_rad);
         Ok(assessment)
     }
 
@@ -250,10 +248,10 @@ impl DamageDetector {
         self.episode = None;
         self.origin_s = time_s;
         self.received = 0;
-        self.begin_step(0, time_s, roll_rad, pitch_rad);
+        self.begin_step(0, roll_rad, pitch_rad);
     }
 
-    fn begin_step(&mut self, number: i64, time_s: f64, roll_rad: f64, pitch_rad: f64) {
+    fn begin_step(&mut self, number: i64, roll_rad: f64, pitch_rad: f64) {
         let oldest = number - self.steps_per_window;
         self.steps.retain(|step| step.number > oldest);
         self.steps.push_back(Step {
@@ -262,12 +260,11 @@ impl DamageDetector {
             roll: Extremes::NONE,
             pitch: Extremes::NONE,
         });
-        self.add_to_step(time_s, roll_rad, pitch_rad);
+        self.add_to_step(roll_rad, pitch_rad);
     }
 
-    fn add_to_step(&mut self, time_s: f64, roll_rad: f64, pitch_rad: f64) {
+    fn add_to_step(&mut self, roll_rad: f64, pitch_rad: f64) {
         self.received += 1;
-        self.last_s = time_s;
         if let Some(step) = self.steps.back_mut() {
             step.samples += 1;
             step.roll = step.roll.including(roll_rad);
@@ -277,25 +274,24 @@ impl DamageDetector {
 
     /// After a pause: a lost connection is no fault of the rate, pauses between
     /// all samples are.
-    fn check_pause(&mut self) -> Result<(), DetectorError> {
+    fn check_pause(&mut self, now_s: f64) -> Result<(), DetectorError> {
         const SHORT_RUNS: u32 = 5;
         self.short_runs += 1;
         if self.short_runs < SHORT_RUNS {
             return Ok(());
         }
-        self.check_rate()
+        self.check_rate(now_s)
     }
 
-    /// The window must have enough samples.
-    fn check_rate(&self) -> Result<(), DetectorError> {
+    /// The window must have enough samples when the next one comes at `now_s`.
+    fn check_rate(&self, now_s: f64) -> Result<(), DetectorError> {
         let samples: usize = self.steps.iter().map(|step| step.samples).sum();
         // One sample more or less falls into a window by chance.
         if samples + 1 >= self.settings.min_samples {
             return Ok(());
         }
-        let intervals = self.received.saturating_sub(1) as f64;
         Err(DetectorError::TooSlow {
-            rate_hz: intervals / (self.last_s - self.origin_s).max(self.settings.window_s),
+            rate_hz: self.received as f64 / (now_s - self.origin_s),
             window_s: self.settings.window_s,
             min_rate_hz: self.settings.min_samples as f64 / self.settings.window_s,
         })
@@ -397,7 +393,7 @@ mod tests {
     fn a_rate_too_low_for_the_window_is_refused() {
         let message = damaged_times(4.8, 20.0, |_| 0.0).unwrap_err().to_string();
         assert!(
-            message.contains("4.") && message.contains("20 Hz"),
+            message.contains("4.8 Hz") && message.contains("20 Hz"),
             "{message}"
         );
         assert!(damaged_times(25.0, 20.0, |_| 0.0).is_ok());
