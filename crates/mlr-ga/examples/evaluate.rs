@@ -74,7 +74,7 @@ fn evaluate(name: &str, path: &Path, truth: &Morphology) -> anyhow::Result<()> {
     let genetic_s = started.elapsed().as_secs_f64();
 
     let measured = MeasuredWalk::new(recording, &settings)?;
-    let objective = WalkObjective::new(measured.conditioned().clone(), &robot, &gait, &settings)?;
+    let objective = WalkObjective::new(&measured, &robot, &gait, &settings)?;
     let mut evaluations = Evaluations::new(&objective, &());
     let started = Instant::now();
     exact::search(&robot.layout(), &mut evaluations);

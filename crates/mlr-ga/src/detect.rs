@@ -1,7 +1,7 @@
 //! When the robot started to walk, and when it was damaged.
 
 use mlr_filter::{
-    DamageDetector, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
+    DamageDetector, DetectorError, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
 };
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +32,7 @@ impl Default for DetectionSettings {
 /// The answer. Serialises to the fields of `mlr.detection/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Detection {
-    /// Log time at which the walk started, if there is one.
+    /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
     /// Log time at which damage was flagged first, if it was.
     pub damage_s: Option<f64>,
@@ -56,32 +56,42 @@ pub fn detect(
     recording: OrientationSeries,
     settings: &DetectionSettings,
 ) -> Result<Detection, AnswerError> {
-    let mut detector = DamageDetector::new(settings.detector)?;
     let mut warnings = Vec::new();
     let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
-    let mut detection = Detection {
-        motion_start_s: None,
-        damage_s: None,
-        flagged: false,
-        max_fluctuation_deg: 0.0,
-        threshold_deg: settings.detector.threshold_deg,
+    Ok(Detection {
+        motion_start_s: MotionStart::find(&recording, &settings.motion)
+            .ok()
+            .filter(|start| start.stood_before)
+            .map(|start| start.start_s),
         warnings,
-    };
+        ..detect_in(&recording, settings.detector)?
+    })
+}
+
+/// The part of a detection that is the detector's, on time stamps that increase.
+pub(crate) fn detect_in(
+    recording: &OrientationSeries,
+    settings: DetectorSettings,
+) -> Result<Detection, DetectorError> {
+    let mut detector = DamageDetector::new(settings)?;
+    let mut damage_s = None;
+    let mut max_fluctuation_deg = 0.0_f64;
     let angles = recording.angles_rad();
     for (index, &time_s) in recording.times_s().iter().enumerate() {
         let assessment = detector.push(time_s, angles.roll[index], angles.pitch[index])?;
         if let Some(assessment) = assessment {
-            detection.max_fluctuation_deg = detection
-                .max_fluctuation_deg
-                .max(assessment.fluctuation_deg);
+            max_fluctuation_deg = max_fluctuation_deg.max(assessment.fluctuation_deg);
             if assessment.damaged {
-                detection.damage_s = detection.damage_s.or(Some(assessment.time_s));
+                damage_s = damage_s.or(Some(assessment.time_s));
             }
         }
     }
-    detection.flagged = detection.damage_s.is_some();
-    detection.motion_start_s = MotionStart::find(&recording, &settings.motion)
-        .ok()
-        .map(|start| start.start_s);
-    Ok(detection)
+    Ok(Detection {
+        motion_start_s: None,
+        damage_s,
+        flagged: damage_s.is_some(),
+        max_fluctuation_deg,
+        threshold_deg: settings.threshold_deg,
+        warnings: Vec::new(),
+    })
 }

@@ -1,15 +1,12 @@
 //! The cost of a morphology: its simulated walk against the measured one.
 
-use mlr_filter::{
-    Conditioned, FilterError, FilterSettings, FourierFilter, OrientationSeries, SamplingLimits,
-    Window,
-};
+use mlr_filter::{Conditioned, FilterSettings, FourierFilter, SamplingLimits, Window};
 use mlr_model::{
     Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{Evaluation, IdentifySettings, Objective, orientation_error_rad};
+use crate::{Evaluation, IdentifySettings, MeasuredWalk, Objective, orientation_error_rad};
 
 /// What a lost link may have become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -40,30 +37,34 @@ impl LossHypothesis {
 #[derive(Debug)]
 pub struct WalkObjective {
     measured: Conditioned,
+    /// Gait times at which the measured window may have begun. The candidate is
+    /// compared from each, and the best counts.
+    gait_times_s: Vec<f64>,
     simulators: Vec<Simulator>,
     filter: FilterSettings,
     window_s: f64,
 }
 
 impl WalkObjective {
-    /// `measured` is the window of the recording from the start of the walk on,
-    /// after the filter of the same settings.
+    /// The cost of morphologies for the `measured` walk of the same settings.
     ///
     /// # Errors
     /// [`ModelError`] when robot, gait and settings do not fit.
     pub fn new(
-        measured: Conditioned,
+        measured: &MeasuredWalk,
         robot: &Robot,
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, ModelError> {
+        let gait_times_s = measured.phase().gait_times_s(gait);
+        let last_s = gait_times_s.iter().copied().fold(0.0, f64::max);
         let simulators = settings
             .lost_links
             .cases()
             .iter()
             .map(|&lost_links| {
                 let simulation = SimulationSettings {
-                    duration_s: settings.window_s,
+                    duration_s: last_s + settings.window_s,
                     stand_s: 0.0,
                     lost_links,
                     ..settings.simulation.clone()
@@ -72,43 +73,47 @@ impl WalkObjective {
             })
             .collect::<Result<_, _>>()?;
         Ok(Self {
-            measured,
+            measured: measured.conditioned().clone(),
+            gait_times_s,
             simulators,
             filter: settings.filter,
             window_s: settings.window_s,
         })
     }
 
-    /// The simulated walk of a candidate after the filter. `None` when it
-    /// diverged, or when `lost_links` is no case of the hypothesis.
-    pub fn walk(&self, candidate: &Morphology, lost_links: LostLinks) -> Option<Conditioned> {
+    /// The simulated walk of a candidate after the filter, from the gait time
+    /// that fits best on, and its cost. `None` when it diverged, or when
+    /// `lost_links` is no case of the hypothesis.
+    pub fn walk(
+        &self,
+        candidate: &Morphology,
+        lost_links: LostLinks,
+    ) -> Option<(Conditioned, f64)> {
         let simulator = self
             .simulators
             .iter()
             .find(|simulator| simulator.settings().lost_links == lost_links)?;
-        match simulator.simulate(candidate) {
-            Outcome::Walked(trajectory) => {
-                condition(&trajectory.orientation, self.filter, self.window_s).ok()
-            }
-            Outcome::Diverged { .. } => None,
-        }
+        let Outcome::Walked(trajectory) = simulator.simulate(candidate) else {
+            return None;
+        };
+        let mut filter = FourierFilter::new(self.filter, self.window_s)
+            .expect("the measured walk went through a filter of the same settings");
+        self.gait_times_s
+            .iter()
+            .map(|&start_s| {
+                let window = Window {
+                    start_s,
+                    duration_s: self.window_s,
+                };
+                let even = window
+                    .cut(&trajectory.orientation, &SamplingLimits::default())
+                    .expect("a simulated walk covers its windows at more than the lowest rate");
+                let simulated = filter.condition(&even);
+                let cost_rad = orientation_error_rad(&self.measured, &simulated);
+                (simulated, cost_rad)
+            })
+            .min_by(|(_, a), (_, b)| a.total_cmp(b))
     }
-}
-
-/// Filters the first `window_s` of a simulated walk.
-fn condition(
-    walk: &OrientationSeries,
-    filter: FilterSettings,
-    window_s: f64,
-) -> Result<Conditioned, FilterError> {
-    let window = Window {
-        start_s: 0.0,
-        duration_s: window_s,
-    };
-    let even = window
-        .cut(walk, &SamplingLimits::default())
-        .expect("a simulated walk covers its window at more than the lowest rate");
-    Ok(FourierFilter::new(filter, window_s)?.condition(&even))
 }
 
 impl Objective for WalkObjective {
@@ -129,13 +134,11 @@ impl Objective for WalkObjective {
             .map(|simulator| simulator.settings().lost_links)
         {
             match self.walk(candidate, lost_links) {
-                Some(simulated) => {
-                    let cost_rad = orientation_error_rad(&self.measured, &simulated);
-                    if cost_rad < best.cost_rad {
-                        best.cost_rad = cost_rad;
-                        best.lost_links = lost_links;
-                    }
+                Some((_, cost_rad)) if cost_rad < best.cost_rad => {
+                    best.cost_rad = cost_rad;
+                    best.lost_links = lost_links;
                 }
+                Some(_) => {}
                 None => best.diverged += 1,
             }
         }

@@ -44,6 +44,10 @@ pub(super) struct IdentifyOptions {
     /// Length of the compared stretch [default: 5 s].
     #[arg(long, value_name = "SECONDS")]
     window_s: Option<f64>,
+    /// Log time at which the compared stretch begins [default: the start of the walk, or when damage
+    /// is flagged in mid-walk].
+    #[arg(long, value_name = "SECONDS")]
+    from_s: Option<f64>,
     /// What lost links may have become [default: either].
     #[arg(long, value_enum)]
     lost_links: Option<LossName>,
@@ -142,6 +146,7 @@ impl IdentifyOptions {
         if let Some(window_s) = self.window_s {
             settings.window_s = window_s;
         }
+        settings.from_s = self.from_s.or(settings.from_s);
         if let Some(friction) = self.friction {
             settings.simulation.contact.friction = friction;
         }
@@ -176,9 +181,16 @@ impl Report<'_> {
         );
         line(
             "walk starts",
+            &match answer.motion_start_s {
+                Some(start_s) => format!("{start_s:.2} s"),
+                None => "before the log".into(),
+            },
+        );
+        line(
+            "compared",
             &format!(
-                "{:.2} s, {:.1} s compared",
-                answer.motion_start_s, answer.window_s
+                "{:.1} s from {:.2} s on",
+                answer.window_s, answer.window_start_s
             ),
         );
         line(

@@ -19,8 +19,10 @@ pub struct Identification {
     pub mean_error_deg: f64,
     /// The next best morphologies.
     pub alternatives: Vec<Alternative>,
-    /// Log time at which the walk started.
-    pub motion_start_s: f64,
+    /// Log time at which the walk started, if the recording shows it.
+    pub motion_start_s: Option<f64>,
+    /// Log time at which the compared stretch begins.
+    pub window_start_s: f64,
     /// Length of the compared stretch.
     pub window_s: f64,
     /// Morphologies simulated.

@@ -1,10 +1,12 @@
 //! From a recording to the damaged legs.
 
 mod answer;
+mod gait_phase;
 mod measured_walk;
 mod settings;
 
 pub use answer::{Alternative, ComparedSignals, Frequency, Identification};
+pub use gait_phase::GaitPhase;
 pub use measured_walk::MeasuredWalk;
 pub use settings::IdentifySettings;
 
@@ -47,14 +49,14 @@ pub fn identify(
     progress: &dyn Progress,
 ) -> Result<Identification, AnswerError> {
     let measured = MeasuredWalk::new(recording, settings)?;
-    let objective = WalkObjective::new(measured.conditioned().clone(), robot, gait, settings)?;
+    let objective = WalkObjective::new(&measured, robot, gait, settings)?;
     let mut evaluations = Evaluations::new(&objective, progress);
     let found = Found::by(search, robot, settings, seed, &mut evaluations);
     let no_walk = || AnswerError::AllDiverged {
         simulated: evaluations.len(),
     };
     let best = evaluations.get(&found.best).ok_or_else(no_walk)?;
-    let simulated = objective
+    let (simulated, _) = objective
         .walk(&found.best, best.lost_links)
         .ok_or_else(no_walk)?;
     Ok(Identification {
@@ -65,7 +67,11 @@ pub fn identify(
         cost_rad: best.cost_rad,
         mean_error_deg: mean_error_deg(best.cost_rad, simulated.roll.len()),
         alternatives: alternatives(&found.best, &evaluations),
-        motion_start_s: measured.start().start_s,
+        motion_start_s: measured
+            .start()
+            .stood_before
+            .then_some(measured.start().start_s),
+        window_start_s: measured.window().start_s,
         window_s: settings.window_s,
         evaluations: evaluations.len(),
         diverged: evaluations.diverged(),

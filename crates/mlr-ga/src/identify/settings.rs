@@ -1,4 +1,4 @@
-use mlr_filter::{FilterSettings, MotionSettings, SamplingLimits};
+use mlr_filter::{DetectorSettings, FilterSettings, MotionSettings, SamplingLimits};
 use mlr_model::SimulationSettings;
 use serde::{Deserialize, Serialize};
 
@@ -9,8 +9,11 @@ use crate::{AnswerError, LossHypothesis, genetic::GeneticSettings};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct IdentifySettings {
-    /// Length of the compared stretch, from the start of the walk on.
+    /// Length of the compared stretch.
     pub window_s: f64,
+    /// Log time at which the compared stretch begins, instead of the start of the
+    /// walk or the time at which damage was flagged.
+    pub from_s: Option<f64>,
     /// Largest share of samples that may be lost to bad time stamps.
     pub max_dropped_share: f64,
     /// What a lost link may have become.
@@ -19,6 +22,8 @@ pub struct IdentifySettings {
     pub filter: FilterSettings,
     /// The search for the start of the walk.
     pub motion: MotionSettings,
+    /// The damage detector, which tells damage in mid-walk.
+    pub detector: DetectorSettings,
     /// What the recording must offer within the window.
     pub sampling: SamplingLimits,
     /// The genetic algorithm.
@@ -32,10 +37,12 @@ impl Default for IdentifySettings {
     fn default() -> Self {
         Self {
             window_s: 5.0,
+            from_s: None,
             max_dropped_share: 0.2,
             lost_links: LossHypothesis::default(),
             filter: FilterSettings::default(),
             motion: MotionSettings::default(),
+            detector: DetectorSettings::default(),
             sampling: SamplingLimits::default(),
             genetic: GeneticSettings::default(),
             simulation: SimulationSettings::default(),
