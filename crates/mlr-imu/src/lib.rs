@@ -1,4 +1,4 @@
-//! What an IMU recorded.
+//! What an IMU says: on a serial line ([`frames`]) and in log files.
 //!
 //! Logs are CSV files, plain or gzipped, whose columns are found by name:
 //!
@@ -21,6 +21,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod frames;
 mod log;
+mod sample;
 
 pub use log::{ColumnError, Columns, LogError, LogProblem, read_log, write_log};
+pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};

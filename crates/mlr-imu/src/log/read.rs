@@ -56,11 +56,13 @@ fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogPro
     if header.iter().all(str::is_empty) {
         return Err(LogProblem::Empty);
     }
+    // The reader stands behind the header; comments may stand before it.
+    let line = reader.position().line().saturating_sub(1);
     let wanted = [
-        Field::find(&header, &columns.time)?,
-        Field::find(&header, &columns.roll)?,
-        Field::find(&header, &columns.pitch)?,
-        Field::find(&header, &columns.yaw)?,
+        Field::find(&header, line, &columns.time)?,
+        Field::find(&header, line, &columns.roll)?,
+        Field::find(&header, line, &columns.pitch)?,
+        Field::find(&header, line, &columns.yaw)?,
     ];
     let mut values = [const { Vec::new() }; 4];
     let mut row = StringRecord::new();
@@ -92,7 +94,7 @@ struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    fn find(header: &StringRecord, column: &'a Column) -> Result<Self, LogProblem> {
+    fn find(header: &StringRecord, line: u64, column: &'a Column) -> Result<Self, LogProblem> {
         // A spreadsheet may put a byte-order mark before the first name.
         let mut matches = header
             .iter()
@@ -102,11 +104,11 @@ impl<'a> Field<'a> {
         match (matches.next(), matches.next()) {
             (Some(index), None) => Ok(Self { index, column }),
             (Some(_), Some(_)) => Err(LogProblem::AmbiguousColumn {
-                line: header_line(header),
+                line,
                 column: column.name.clone(),
             }),
             (None, _) => Err(LogProblem::MissingColumn {
-                line: header_line(header),
+                line,
                 column: column.name.clone(),
                 found: header.iter().collect::<Vec<_>>().join(", "),
             }),
@@ -125,10 +127,6 @@ impl<'a> Field<'a> {
                 text: text.into(),
             })
     }
-}
-
-fn header_line(header: &StringRecord) -> u64 {
-    header.position().map_or(1, csv::Position::line)
 }
 
 /// What a failure of the CSV reader at `line` means.
