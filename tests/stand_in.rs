@@ -31,6 +31,15 @@ fn truths() -> BTreeMap<String, Truth> {
     serde_json::from_str(&fs::read_to_string(data("logs/stand-in/truth.json")).unwrap()).unwrap()
 }
 
+/// Looks for the orientation under names that no log has.
+fn only_raw_columns() -> Columns {
+    let mut columns = Columns::default();
+    for axis in ["roll", "pitch", "yaw"] {
+        columns.rename(&format!("{axis}=not_there")).unwrap();
+    }
+    columns
+}
+
 fn identified(recording: OrientationSeries) -> Identification {
     let search = Search::Genetic { repeats: 1 };
     let settings = IdentifySettings::default();
@@ -116,4 +125,42 @@ fn names_the_lost_legs_in_a_log_cut_from_mid_walk() {
         assert_eq!(answer.motion_start_s, None);
         assert!(answer.warnings[0].contains("phase of the gait"));
     }
+}
+
+/// Without the orientation that the plant's own filter wrote into the log, raw
+/// samples of accelerometer and gyroscope give nearly the same.
+#[test]
+fn raw_samples_are_fused_into_the_orientation_that_was_logged() {
+    let only_raw = only_raw_columns();
+    for (name, truth) in truths() {
+        let log = data(&format!("logs/stand-in/{name}.csv.gz"));
+        let logged = read_log(&log, &Columns::default()).unwrap();
+        let fused = read_log(&log, &only_raw).unwrap();
+        let walking = logged
+            .times_s()
+            .partition_point(|&t| t < truth.motion_start_s);
+        // The logged orientation comes from another filter, with an error of its own.
+        let apart_deg = |ours: &[f64], theirs: &[f64]| {
+            let offset = ours[walking] - theirs[walking];
+            let pairs = ours[walking..].iter().zip(&theirs[walking..]);
+            let total: f64 = pairs.map(|(a, b)| (a - b - offset).abs()).sum();
+            (total / (ours.len() - walking) as f64).to_degrees()
+        };
+        let (ours, theirs) = (fused.angles_rad(), logged.angles_rad());
+        let roll = apart_deg(&ours.roll, &theirs.roll);
+        let pitch = apart_deg(&ours.pitch, &theirs.pitch);
+        let yaw = apart_deg(&ours.yaw, &theirs.yaw);
+        assert!(
+            roll < 0.6 && pitch < 1.5 && yaw < 2.0,
+            "{name}: {roll} {pitch} {yaw}"
+        );
+    }
+}
+
+#[test]
+fn raw_samples_name_the_damaged_legs() {
+    let only_raw = only_raw_columns();
+    let log = data("logs/stand-in/legs3-4-lost.csv.gz");
+    let answer = identified(read_log(&log, &only_raw).unwrap());
+    assert_eq!(answer.damaged_legs, [3, 4]);
 }

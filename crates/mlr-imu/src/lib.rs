@@ -22,8 +22,10 @@
 //! ```
 
 pub mod frames;
+mod fusion;
 mod log;
 mod sample;
 
+pub use fusion::{Fusion, RawSeries};
 pub use log::{ColumnError, Columns, LogError, LogProblem, read_log, write_log};
 pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};

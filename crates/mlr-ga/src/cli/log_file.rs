@@ -10,10 +10,11 @@ use mlr_imu::{Columns, read_log};
 
 #[derive(Debug, Args)]
 pub(super) struct LogFile {
-    /// The log: .csv or .csv.gz with the columns t_s, roll_rad, pitch_rad, yaw_rad.
+    /// The log: .csv or .csv.gz with the columns t_s and either roll_rad, pitch_rad, yaw_rad or raw
+    /// samples ax_mps2, ay_mps2, az_mps2, gx_radps, gy_radps, gz_radps, which are then fused.
     log: PathBuf,
-    /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw and the units
-    /// s, ms, us, ns, rad, deg.
+    /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw, ax, ay, az, gx,
+    /// gy, gz and the units s, ms, us, ns; rad, deg; mps2, g; radps, dps.
     #[arg(long, value_name = "MAPPING")]
     column: Vec<String>,
 }

@@ -2,22 +2,62 @@
 
 use thiserror::Error;
 
-/// The columns of time, roll, pitch and yaw. The defaults are the names that
-/// this project writes: `t_s`, `roll_rad`, `pitch_rad`, `yaw_rad`.
+use crate::STANDARD_GRAVITY_MPS2;
+
+/// What a column can hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Time,
+    Angle,
+    Acceleration,
+    Rate,
+}
+
+impl Quantity {
+    /// Units by name and what their numbers are multiplied by to give s, rad,
+    /// m/s² or rad/s; the first is the default.
+    fn units(self) -> &'static [(&'static str, f64)] {
+        const DEGREE: f64 = std::f64::consts::PI / 180.0;
+        match self {
+            Self::Time => &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)],
+            Self::Angle => &[("rad", 1.0), ("deg", DEGREE)],
+            Self::Acceleration => &[("mps2", 1.0), ("g", STANDARD_GRAVITY_MPS2)],
+            Self::Rate => &[("radps", 1.0), ("dps", DEGREE)],
+        }
+    }
+}
+
+/// One column: its name in the file and the scale of its numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Column {
+    /// What it is called in a `--column` argument.
+    key: &'static str,
+    quantity: Quantity,
+    pub(super) name: String,
+    pub(super) scale: f64,
+}
+
+impl Column {
+    fn new(key: &'static str, quantity: Quantity, name: &str) -> Self {
+        Self {
+            key,
+            quantity,
+            name: name.into(),
+            scale: 1.0,
+        }
+    }
+}
+
+/// The columns of a log. The defaults are the names that this project writes:
+/// `t_s`; `roll_rad`, `pitch_rad`, `yaw_rad`; and of raw samples `ax_mps2`,
+/// `ay_mps2`, `az_mps2`, `gx_radps`, `gy_radps`, `gz_radps`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Columns {
     pub(super) time: Column,
-    pub(super) roll: Column,
-    pub(super) pitch: Column,
-    pub(super) yaw: Column,
-}
-
-/// One column: its name in the file and what its numbers are multiplied by to
-/// give seconds or radians.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Column {
-    pub(super) name: String,
-    pub(super) scale: f64,
+    /// Roll, pitch, yaw.
+    pub(super) angles: [Column; 3],
+    /// Acceleration along x, y, z, then rate about x, y, z.
+    pub(super) raw: [Column; 6],
 }
 
 /// A `--column` argument that makes no sense.
@@ -25,79 +65,87 @@ pub(super) struct Column {
 #[error("{argument:?} is not a column, expected {expected}")]
 pub struct ColumnError {
     argument: String,
-    expected: &'static str,
+    expected: String,
 }
 
 impl Default for Columns {
     fn default() -> Self {
-        let column = |name: &str| Column {
-            name: name.into(),
-            scale: 1.0,
-        };
+        use Quantity::{Acceleration, Angle, Rate, Time};
         Self {
-            time: column("t_s"),
-            roll: column("roll_rad"),
-            pitch: column("pitch_rad"),
-            yaw: column("yaw_rad"),
+            time: Column::new("t", Time, "t_s"),
+            angles: [
+                Column::new("roll", Angle, "roll_rad"),
+                Column::new("pitch", Angle, "pitch_rad"),
+                Column::new("yaw", Angle, "yaw_rad"),
+            ],
+            raw: [
+                Column::new("ax", Acceleration, "ax_mps2"),
+                Column::new("ay", Acceleration, "ay_mps2"),
+                Column::new("az", Acceleration, "az_mps2"),
+                Column::new("gx", Rate, "gx_radps"),
+                Column::new("gy", Rate, "gy_radps"),
+                Column::new("gz", Rate, "gz_radps"),
+            ],
         }
     }
 }
 
 impl Columns {
-    /// Maps a foreign name: `roll=NAME,deg`. The quantity is `t`, `roll`,
-    /// `pitch` or `yaw`; the unit `s`, `ms`, `us` or `ns` for time, `rad` or
-    /// `deg` for angles. Without a unit, seconds and radians.
+    /// Maps a foreign name: `roll=NAME,deg`. The quantity is `t`, `roll`, `pitch`,
+    /// `yaw`, `ax`, `ay`, `az`, `gx`, `gy` or `gz`; the unit `s`, `ms`, `us` or `ns`
+    /// for time, `rad` or `deg` for angles, `mps2` or `g` for accelerations, `radps`
+    /// or `dps` for rates. Without a unit, the first of these.
     ///
     /// # Errors
     /// [`ColumnError`] saying what was expected.
     pub fn rename(&mut self, argument: &str) -> Result<(), ColumnError> {
-        let error = |expected| ColumnError {
+        let error = |expected: String| ColumnError {
             argument: argument.into(),
             expected,
         };
-        let (quantity, source) = argument
+        let (key, source) = argument
             .split_once('=')
-            .ok_or_else(|| error("QUANTITY=NAME or QUANTITY=NAME,UNIT"))?;
+            .ok_or_else(|| error("QUANTITY=NAME or QUANTITY=NAME,UNIT".into()))?;
         let (name, unit) = match source.rsplit_once(',') {
             Some((name, unit)) => (name.trim(), Some(unit.trim())),
             None => (source.trim(), None),
         };
         if name.is_empty() {
-            return Err(error("a name after the equals sign"));
+            return Err(error("a name after the equals sign".into()));
         }
-        let (column, scale) = match quantity.trim() {
-            "t" => (
-                &mut self.time,
-                match unit {
-                    None | Some("s") => Some(1.0),
-                    Some("ms") => Some(1e-3),
-                    Some("us") => Some(1e-6),
-                    Some("ns") => Some(1e-9),
-                    Some(_) => None,
-                }
-                .ok_or_else(|| error("one of the units s, ms, us, ns"))?,
-            ),
-            angle => {
-                let column = match angle {
-                    "roll" => &mut self.roll,
-                    "pitch" => &mut self.pitch,
-                    "yaw" => &mut self.yaw,
-                    _ => return Err(error("one of the quantities t, roll, pitch, yaw")),
-                };
-                let scale = match unit {
-                    None | Some("rad") => 1.0,
-                    Some("deg") => 1.0_f64.to_radians(),
-                    Some(_) => return Err(error("one of the units rad, deg")),
-                };
-                (column, scale)
-            }
-        };
-        *column = Column {
-            name: name.into(),
-            scale,
-        };
+        let keys = listed(self.all().map(|column| column.key));
+        let column = self
+            .all_mut()
+            .find(|column| column.key == key.trim())
+            .ok_or_else(|| error(format!("one of the quantities {keys}")))?;
+        let units = column.quantity.units();
+        let (_, scale) = units
+            .iter()
+            .find(|(name, _)| unit.is_none_or(|unit| unit == *name))
+            .ok_or_else(|| {
+                let names = listed(units.iter().map(|(name, _)| *name));
+                error(format!("one of the units {names}"))
+            })?;
+        column.name = name.into();
+        column.scale = *scale;
         Ok(())
     }
+
+    fn all(&self) -> impl Iterator<Item = &Column> {
+        std::iter::once(&self.time)
+            .chain(&self.angles)
+            .chain(&self.raw)
+    }
+
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut Column> {
+        std::iter::once(&mut self.time)
+            .chain(&mut self.angles)
+            .chain(&mut self.raw)
+    }
+}
+
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -110,10 +158,12 @@ mod tests {
         columns.rename("roll=euler.x,deg").unwrap();
         columns.rename("t=stamp,ns").unwrap();
         columns.rename("yaw=heading").unwrap();
-        assert_eq!(columns.roll.name, "euler.x");
-        assert!((columns.roll.scale - 0.017_453_292_519_943_295).abs() < 1e-18);
+        columns.rename("az=acc_z,g").unwrap();
+        assert_eq!(columns.angles[0].name, "euler.x");
+        assert!((columns.angles[0].scale - 0.017_453_292_519_943_295).abs() < 1e-18);
         assert_eq!(columns.time.scale, 1e-9);
-        assert_eq!(columns.yaw.scale, 1.0);
+        assert_eq!(columns.angles[2].scale, 1.0);
+        assert_eq!(columns.raw[2].scale, 9.806_65);
     }
 
     #[test]
@@ -121,9 +171,10 @@ mod tests {
         let mut columns = Columns::default();
         for (argument, expected) in [
             ("roll", "QUANTITY=NAME"),
-            ("height=z", "quantities"),
-            ("roll=x,grad", "rad, deg"),
-            ("t=x,deg", "units s"),
+            ("height=z", "quantities t, roll, pitch"),
+            ("roll=x,grad", "units rad, deg"),
+            ("t=x,deg", "units s, ms"),
+            ("gx=x,g", "units radps, dps"),
             ("roll=", "a name"),
         ] {
             let message = columns.rename(argument).unwrap_err().to_string();

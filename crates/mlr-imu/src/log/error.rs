@@ -77,6 +77,9 @@ pub enum LogProblem {
         /// What is there.
         text: String,
     },
+    /// The numbers do not make a recording.
+    #[error(transparent)]
+    Series(#[from] mlr_filter::SeriesError),
     /// The file is not text.
     #[error("line {line}: is not UTF-8 text")]
     NotText {

@@ -9,15 +9,18 @@ use std::{
 use csv::{ErrorKind, StringRecord};
 use flate2::bufread::MultiGzDecoder;
 use mlr_filter::{Axes, OrientationSeries};
+use nalgebra::Vector3;
 
 use super::{Columns, LogError, LogProblem, columns::Column};
+use crate::RawSeries;
 
 /// The first bytes of every gzip file (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
-/// Reads time, roll, pitch and yaw from a CSV file, plain or gzipped (told by
-/// its first bytes, not by its name). Other columns are ignored. Time stamps
-/// are taken as they are.
+/// Reads roll, pitch and yaw over time from a CSV file, plain or gzipped (told by
+/// its first bytes, not by its name). Where it has none of them but the six raw
+/// columns of accelerometer and gyroscope, these are fused ([`RawSeries::fuse`]).
+/// Other columns are ignored. Time stamps are taken as they are.
 ///
 /// # Errors
 /// [`LogError`] naming file and, where it applies, line and column.
@@ -58,13 +61,43 @@ fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogPro
     }
     // The reader stands behind the header; comments may stand before it.
     let line = reader.position().line().saturating_sub(1);
-    let wanted = [
-        Field::find(&header, line, &columns.time)?,
-        Field::find(&header, line, &columns.roll)?,
-        Field::find(&header, line, &columns.pitch)?,
-        Field::find(&header, line, &columns.yaw)?,
-    ];
-    let mut values = [const { Vec::new() }; 4];
+    let has = |column: &Column| Field::find(&header, line, column).is_ok();
+    if columns.raw.iter().all(has) && !columns.angles.iter().any(has) {
+        let [times_s, ax, ay, az, gx, gy, gz] =
+            read_columns(reader, &header, line, &columns.time, &columns.raw)?;
+        let vectors = |x: Vec<f64>, y: Vec<f64>, z: Vec<f64>| -> Vec<Vector3<f64>> {
+            let yz = y.into_iter().zip(z);
+            x.into_iter()
+                .zip(yz)
+                .map(|(x, (y, z))| Vector3::new(x, y, z))
+                .collect()
+        };
+        let raw = RawSeries {
+            times_s,
+            accelerations_mps2: vectors(ax, ay, az),
+            angular_rates_radps: vectors(gx, gy, gz),
+        };
+        Ok(raw.fuse()?)
+    } else {
+        let [times_s, roll, pitch, yaw] =
+            read_columns(reader, &header, line, &columns.time, &columns.angles)?;
+        Ok(OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?)
+    }
+}
+
+/// The numbers of the time column and of the `wanted` ones: W + 1 = N columns.
+fn read_columns<const W: usize, const N: usize>(
+    mut reader: csv::Reader<impl Read>,
+    header: &StringRecord,
+    header_line: u64,
+    time: &Column,
+    wanted: &[Column; W],
+) -> Result<[Vec<f64>; N], LogProblem> {
+    let fields = std::iter::once(time)
+        .chain(wanted)
+        .map(|column| Field::find(header, header_line, column))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut values = [const { Vec::new() }; N];
     let mut row = StringRecord::new();
     loop {
         let line = reader.position().line();
@@ -75,16 +108,14 @@ fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogPro
             break;
         }
         let line = row.position().map_or(line, csv::Position::line);
-        for (field, column) in wanted.iter().zip(&mut values) {
+        for (field, column) in fields.iter().zip(&mut values) {
             column.push(field.number(&row, line)?);
         }
     }
-    let [times_s, roll, pitch, yaw] = values;
-    if times_s.is_empty() {
+    if values[0].is_empty() {
         return Err(LogProblem::NoSamples);
     }
-    Ok(OrientationSeries::new(times_s, Axes { roll, pitch, yaw })
-        .expect("every row gave one finite number per column"))
+    Ok(values)
 }
 
 /// Where a column is in a row.
@@ -197,6 +228,27 @@ mod tests {
             message.starts_with("line 2: no column \"t_s\""),
             "{message}"
         );
+    }
+
+    #[test]
+    fn raw_columns_are_fused_where_there_is_no_orientation() {
+        let raw_header = "t_s,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps";
+        // At rest with the left side up by 0.1 rad.
+        let mut raw = format!("{raw_header}\n");
+        let mut both = format!("{raw_header},roll_rad,pitch_rad,yaw_rad\n");
+        for i in 0..500 {
+            let (ay, az) = (9.81 * 0.1_f64.sin(), 9.81 * 0.1_f64.cos());
+            let sample = format!("{},0,{ay},{az},0,0,0", f64::from(i) * 0.01);
+            raw += &format!("{sample}\n");
+            both += &format!("{sample},1,2,3\n");
+        }
+        let fused = read(&raw).unwrap();
+        let (roll, pitch) = (fused.angles_rad().roll[499], fused.angles_rad().pitch[499]);
+        assert!(
+            (roll - 0.1).abs() < 2e-4 && pitch.abs() < 2e-4,
+            "{roll} {pitch}"
+        );
+        assert_eq!(read(&both).unwrap().angles_rad().yaw, [3.0; 500]);
     }
 
     #[test]
