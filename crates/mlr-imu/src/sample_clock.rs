@@ -175,7 +175,7 @@ impl SampleClock {
             .map(|p| (x(p) - mean_x) * (y(p) - mean_y))
             .sum::<f64>()
             / spread;
-        (slope.is_finite() && slope > 0.0).then(|| Line {
+        (slope.is_finite() && slope > 0.0).then_some(Line {
             period_s: slope,
             origin_s: first.arrival_s + mean_y - slope * (mean_x + first.number as f64),
         })

@@ -1,6 +1,6 @@
 //! `mlr-ga detect`.
 
-use std::{fmt::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
@@ -60,26 +60,23 @@ impl Report<'_> {
     /// The answer for people.
     fn table(&self) -> String {
         let detection = self.detection;
-        let mut table = String::new();
-        let mut line = |label: &str, text: &str| {
-            let _ = writeln!(table, "{label:<14}{text}");
-        };
-        line("log", &self.log.display().to_string());
+        let mut table = output::Table::default();
+        table.line("log", self.log.display());
         match detection.motion_start_s {
-            Some(start_s) => line("walk starts", &format!("{start_s:.2} s")),
-            None => line("walk starts", "never"),
+            Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
+            None => table.line("walk starts", "not in the log"),
         }
         match detection.damage_s {
-            Some(damage_s) => line("damage", &format!("flagged at {damage_s:.2} s")),
-            None => line("damage", "none"),
+            Some(damage_s) => table.line("damage", format!("flagged at {damage_s:.2} s")),
+            None => table.line("damage", "none"),
         }
-        line(
+        table.line(
             "fluctuation",
-            &format!(
+            format!(
                 "up to {:.1}° (threshold {:.1}°)",
                 detection.max_fluctuation_deg, detection.threshold_deg
             ),
         );
-        table
+        table.into_text()
     }
 }

@@ -1,7 +1,6 @@
 //! `mlr-ga identify`.
 
 use std::{
-    fmt::Write,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -165,37 +164,31 @@ impl Report<'_> {
     /// The answer for people.
     fn table(&self) -> String {
         let answer = self.identification;
-        let mut table = String::new();
-        let mut line = |label: &str, text: &str| {
-            let _ = writeln!(table, "{label:<14}{text}");
-        };
-        line("log", &self.log.display().to_string());
-        line("damage", &answer.description);
-        line("morphology", &spelled(&answer.morphology));
-        line(
+        let mut table = output::Table::default();
+        table.line("log", self.log.display());
+        table.line("damage", &answer.description);
+        table.line("morphology", spelled(&answer.morphology));
+        table.line(
             "error",
-            &format!(
+            format!(
                 "{:.2}° per sample and axis (F = {:.2} rad)",
                 answer.mean_error_deg, answer.cost_rad
             ),
         );
-        line(
-            "walk starts",
-            &match answer.motion_start_s {
-                Some(start_s) => format!("{start_s:.2} s"),
-                None => "before the log".into(),
-            },
-        );
-        line(
+        match answer.motion_start_s {
+            Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
+            None => table.line("walk starts", "before the log"),
+        }
+        table.line(
             "compared",
-            &format!(
+            format!(
                 "{:.1} s from {:.2} s on",
                 answer.window_s, answer.window_start_s
             ),
         );
-        line(
+        table.line(
             "search",
-            &format!(
+            format!(
                 "{} morphologies simulated in {:.1} s ({})",
                 answer.evaluations,
                 self.elapsed_s,
@@ -206,30 +199,30 @@ impl Report<'_> {
             ),
         );
         if answer.diverged > 0 {
-            line("diverged", &format!("{} simulations", answer.diverged));
+            table.line("diverged", format!("{} simulations", answer.diverged));
         }
-        for (index, frequency) in answer.frequencies.iter().enumerate() {
-            line(
-                if index == 0 { "runs" } else { "" },
-                &format!(
+        table.lines(
+            "runs",
+            answer.frequencies.iter().map(|frequency| {
+                format!(
                     "{} × {}  F = {:.2} rad",
                     frequency.count,
                     spelled(&frequency.morphology),
                     frequency.cost_rad
-                ),
-            );
-        }
-        for (index, alternative) in answer.alternatives.iter().enumerate() {
-            line(
-                if index == 0 { "next best" } else { "" },
-                &format!(
+                )
+            }),
+        );
+        table.lines(
+            "next best",
+            answer.alternatives.iter().map(|alternative| {
+                format!(
                     "{}  F = {:.2} rad",
                     spelled(&alternative.morphology),
                     alternative.cost_rad
-                ),
-            );
-        }
-        table
+                )
+            }),
+        );
+        table.into_text()
     }
 }
 

@@ -168,16 +168,13 @@ impl<'a> World<'a> {
                 .local_frame1(to_pose(&(frame_in_parent * hinge)))
                 .local_frame2(to_pose(&hinge))
                 .contacts_enabled(false);
-            let handle = self
-                .multibody_joints
+            self.multibody_joints
                 .insert(parent, part, joint, true)
                 .expect("every link is new, so no loop can close");
             self.multibody = self
                 .multibody_joints
                 .rigid_body_link(part)
-                .map(|id| id.multibody)
-                .or(self.multibody);
-            debug_assert!(self.multibody_joints.get(handle).is_some());
+                .map(|id| id.multibody);
             self.joints.push(Joint {
                 leg: index,
                 link: link_index,
