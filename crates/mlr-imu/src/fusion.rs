@@ -42,25 +42,30 @@ impl RawSeries {
     /// at rest then.
     fn standing_bias_radps(&self) -> Option<Vector3<f64>> {
         let begin_s = self.times_s.first()?;
-        let rates: Vec<&Vector3<f64>> = self
+        let rates_radps: Vec<Vector3<f64>> = self
             .angular_rates_radps
             .iter()
             .zip(&self.times_s)
             .take_while(|(_, time_s)| **time_s - begin_s < CALIBRATION_S)
-            .map(|(rate, _)| rate)
+            .map(|(rate, _)| *rate)
             .collect();
         let covered = self.times_s.last()? - begin_s >= CALIBRATION_S;
-        let count = rates.len() as f64;
-        let mean = rates.iter().copied().sum::<Vector3<f64>>() / count;
-        let variance = rates
-            .iter()
-            .map(|rate| (*rate - mean).component_mul(&(*rate - mean)))
-            .sum::<Vector3<f64>>()
-            / count;
-        let at_rest = variance.max().sqrt() < REST_DEVIATION_DPS.to_radians();
-        let believable = mean.amax() < LARGEST_BIAS_DPS.to_radians();
-        (covered && rates.len() >= MIN_CALIBRATION_SAMPLES && at_rest && believable).then_some(mean)
+        rest_bias_radps(&rates_radps).filter(|_| covered)
     }
+}
+
+/// The gyroscope's bias: the mean of its rates, if they show a sensor at rest.
+pub fn rest_bias_radps(rates_radps: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    let count = rates_radps.len() as f64;
+    let mean = rates_radps.iter().sum::<Vector3<f64>>() / count;
+    let variance = rates_radps
+        .iter()
+        .map(|rate| (rate - mean).component_mul(&(rate - mean)))
+        .sum::<Vector3<f64>>()
+        / count;
+    let at_rest = variance.max().sqrt() < REST_DEVIATION_DPS.to_radians();
+    let believable = mean.amax() < LARGEST_BIAS_DPS.to_radians();
+    (rates_radps.len() >= MIN_CALIBRATION_SAMPLES && at_rest && believable).then_some(mean)
 }
 
 /// How long the sensor must rest for its bias to be taken.

@@ -40,7 +40,13 @@ impl MeasuredWalk {
         settings.check()?;
         let mut warnings = Vec::new();
         let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
-        let start = MotionStart::find(&recording, &settings.motion)?;
+        let start = match settings.motion_start_s {
+            Some(start_s) => MotionStart {
+                start_s,
+                stood_before: true,
+            },
+            None => MotionStart::find(&recording, &settings.motion)?,
+        };
         let start_of_window_s = match settings.from_s {
             Some(from_s) => from_s,
             None => struck_in_mid_walk(&recording, start, settings).unwrap_or(start.start_s),

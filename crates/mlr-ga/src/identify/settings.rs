@@ -11,6 +11,9 @@ use crate::{AnswerError, LossHypothesis, genetic::GeneticSettings};
 pub struct IdentifySettings {
     /// Length of the compared stretch.
     pub window_s: f64,
+    /// Log time at which the walk started, where it is known from elsewhere; found
+    /// in the recording otherwise.
+    pub motion_start_s: Option<f64>,
     /// Log time at which the compared stretch begins, instead of the start of the
     /// walk or the time at which damage was flagged.
     pub from_s: Option<f64>,
@@ -37,6 +40,7 @@ impl Default for IdentifySettings {
     fn default() -> Self {
         Self {
             window_s: 5.0,
+            motion_start_s: None,
             from_s: None,
             max_dropped_share: 0.2,
             lost_links: LossHypothesis::default(),

@@ -1,0 +1,134 @@
+//! What the daemon says on stdout: one JSON object per line.
+
+use std::time::SystemTime;
+
+use mlr_ga::Identification;
+use serde::Serialize;
+
+/// One line. `t_s` counts from the first sample.
+#[derive(Debug, Serialize)]
+pub struct Event<'a> {
+    time: String,
+    t_s: f64,
+    #[serde(flatten)]
+    kind: &'a Kind,
+    level: Level,
+}
+
+/// How bad it is, as in ROS diagnostics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// As it should be.
+    Ok = 0,
+    /// Worth a look.
+    Warn = 1,
+    /// Something is broken.
+    Error = 2,
+    /// Nothing is heard.
+    Stale = 3,
+}
+
+impl Serialize for Level {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u8(*self as u8)
+    }
+}
+
+/// What happened.
+#[derive(Debug, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Kind {
+    /// The daemon runs.
+    Started {
+        /// The port it is going to read.
+        port: String,
+    },
+    /// The port delivers bytes.
+    PortOpened {
+        /// Its name.
+        port: String,
+    },
+    /// The port cannot be opened, or is gone.
+    PortLost {
+        /// Why.
+        reason: String,
+    },
+    /// The robot walks.
+    MotionStarted {
+        /// When it started.
+        motion_start_s: f64,
+    },
+    /// Roll or pitch fluctuate as a healthy robot's do not.
+    DamageDetected {
+        /// Fluctuation within the detector's window.
+        fluctuation_deg: f64,
+    },
+    /// The damage is known.
+    Identified {
+        /// As `mlr-ga identify` reports it.
+        result: Box<Identification>,
+    },
+    /// The damage cannot be identified.
+    Unidentified {
+        /// Why.
+        reason: String,
+    },
+    /// The robot walks calmly again.
+    Recovered,
+    /// Frames so far, once in a while.
+    Status {
+        /// Valid frames.
+        good: u64,
+        /// Frames that failed their check.
+        bad: u64,
+        /// Frames that never came.
+        lost: u64,
+        /// What the monitor is doing.
+        state: &'static str,
+    },
+    /// The daemon ends.
+    Stopped,
+}
+
+impl Kind {
+    fn level(&self) -> Level {
+        match self {
+            Self::PortLost { .. } => Level::Stale,
+            Self::DamageDetected { .. } => Level::Warn,
+            Self::Unidentified { .. } => Level::Error,
+            Self::Identified { result } if !result.damaged_legs.is_empty() => Level::Error,
+            _ => Level::Ok,
+        }
+    }
+}
+
+/// The line for an event, without the line end.
+///
+/// # Errors
+/// When the event holds what JSON cannot express.
+pub fn line(now: SystemTime, t_s: f64, kind: &Kind) -> serde_json::Result<String> {
+    serde_json::to_string(&Event {
+        time: humantime::format_rfc3339_millis(now).to_string(),
+        t_s,
+        kind,
+        level: kind.level(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_line_has_time_event_and_level() {
+        let now = SystemTime::UNIX_EPOCH + Duration::from_millis(1_500);
+        let reason = "unplugged".to_string();
+        let line = line(now, 2.5, &Kind::PortLost { reason }).unwrap();
+        assert_eq!(
+            line,
+            r#"{"time":"1970-01-01T00:00:01.500Z","t_s":2.5,"event":"port_lost","reason":"unplugged","level":3}"#
+        );
+    }
+}

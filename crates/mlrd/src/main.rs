@@ -1,0 +1,9 @@
+//! `mlrd`: the onboard daemon.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    mlrd::run(&mlrd::Options::parse())
+}
