@@ -85,15 +85,21 @@ pub enum Kind {
         lost: u64,
         /// What the monitor is doing.
         state: &'static str,
+        /// Time since the last valid sample, or since the start without one.
+        silent_s: f64,
     },
     /// The daemon ends.
     Stopped,
 }
 
+/// A sensor that says nothing for so long is stale.
+const SILENT_S: f64 = 2.0;
+
 impl Kind {
     fn level(&self) -> Level {
         match self {
             Self::PortLost { .. } => Level::Stale,
+            Self::Status { silent_s, .. } if *silent_s > SILENT_S => Level::Stale,
             Self::DamageDetected { .. } => Level::Warn,
             Self::Unidentified { .. } => Level::Error,
             Self::Identified { result } if !result.damaged_legs.is_empty() => Level::Error,
@@ -120,6 +126,19 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+
+    #[test]
+    fn a_silent_sensor_is_stale() {
+        let status = |silent_s| Kind::Status {
+            good: 0,
+            bad: 0,
+            lost: 0,
+            state: "standing",
+            silent_s,
+        };
+        assert_eq!(status(0.1).level(), Level::Ok);
+        assert_eq!(status(2.5).level(), Level::Stale);
+    }
 
     #[test]
     fn a_line_has_time_event_and_level() {

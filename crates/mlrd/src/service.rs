@@ -58,6 +58,7 @@ struct Service {
     sensor: Sensor,
     monitor: Monitor,
     begin: Instant,
+    last_heard: Instant,
     /// Time of the last sample.
     now_s: f64,
 }
@@ -103,6 +104,7 @@ impl Service {
             answers,
             worker: Arc::new(worker),
             begin: Instant::now(),
+            last_heard: Instant::now(),
             now_s: 0.0,
         })
     }
@@ -147,6 +149,9 @@ impl Service {
                 let arrival_s = arrived.duration_since(self.begin).as_secs_f64();
                 let mut attitudes = Vec::new();
                 self.sensor.take(arrival_s, &bytes, &mut attitudes);
+                if !attitudes.is_empty() {
+                    self.last_heard = arrived;
+                }
                 for attitude in attitudes {
                     self.now_s = attitude.time_s;
                     for action in self.monitor.take(attitude) {
@@ -168,6 +173,7 @@ impl Service {
             bad: counts.bad,
             lost: counts.lost,
             state: self.monitor.state(),
+            silent_s: self.last_heard.elapsed().as_secs_f64(),
         }
     }
 
