@@ -53,7 +53,7 @@ mod window;
 pub use damage_detector::{Assessment, DamageDetector, DetectorError, DetectorSettings};
 pub use fourier_filter::{Conditioned, FilterError, FilterSettings, FourierFilter, Selection};
 pub use motion_start::{MotionSettings, MotionStart, NoMotion};
-pub use orientation::{Axes, Axis, OrientationSeries, SeriesError};
+pub use orientation::{Axes, Axis, OrientationSeries, SeriesError, unwrapped_rad};
 pub use spectrum::{PowerSpectrum, Spectrum};
 pub use time_stamps::{TimeStampFaults, clean_time_stamps};
 pub use window::{EvenSamples, SamplingLimits, Window, WindowError};

@@ -79,6 +79,13 @@ impl<T> Axes<Vec<T>> {
     }
 }
 
+/// The angle equal to `angle_rad` up to full turns that lies nearest to
+/// `previous_rad`: continues an angle across the seam at ±π.
+pub fn unwrapped_rad(previous_rad: f64, angle_rad: f64) -> f64 {
+    const TURN: f64 = std::f64::consts::TAU;
+    angle_rad + ((previous_rad - angle_rad) / TURN).round() * TURN
+}
+
 /// Samples of roll, pitch and yaw with a time stamp each.
 ///
 /// The three axes and the time stamps have the same length and every number is
@@ -169,5 +176,17 @@ fn check_finite(column: &'static str, values: &[f64]) -> Result<(), SeriesError>
             value: values[index],
         }),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unwrapping_follows_across_the_seam() {
+        let turned = unwrapped_rad(3.1, -3.1);
+        assert!((turned - (std::f64::consts::TAU - 3.1)).abs() < 1e-12);
+        assert_eq!(unwrapped_rad(0.1, 0.2), 0.2);
     }
 }

@@ -1,6 +1,6 @@
 //! Orientation from raw samples.
 
-use mlr_filter::{Axes, OrientationSeries, SeriesError};
+use mlr_filter::{Axes, OrientationSeries, SeriesError, unwrapped_rad};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use vqf_rs::VQF;
 
@@ -69,7 +69,7 @@ pub fn rest_bias_radps(rates_radps: &[Vector3<f64>]) -> Option<Vector3<f64>> {
 }
 
 /// How long the sensor must rest for its bias to be taken.
-const CALIBRATION_S: f64 = 0.5;
+pub const CALIBRATION_S: f64 = 0.5;
 /// Samples that a mean needs.
 const MIN_CALIBRATION_SAMPLES: usize = 10;
 /// Standard deviation of the rate about any axis below which the sensor rests.
@@ -133,9 +133,8 @@ impl Fusion {
     }
 
     fn unwrapped(&mut self, yaw_rad: f64) -> f64 {
-        use std::f64::consts::TAU;
         let continued = match self.last_yaw_rad {
-            Some(last) => yaw_rad + ((last - yaw_rad) / TAU).round() * TAU,
+            Some(last) => unwrapped_rad(last, yaw_rad),
             None => {
                 self.first_yaw_rad = yaw_rad;
                 yaw_rad

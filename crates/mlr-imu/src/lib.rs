@@ -27,7 +27,7 @@ mod log;
 mod sample;
 mod sample_clock;
 
-pub use fusion::{Fusion, RawSeries, rest_bias_radps};
+pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{ColumnError, Columns, LogError, LogProblem, read_log, write_log};
 pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};
 pub use sample_clock::SampleClock;

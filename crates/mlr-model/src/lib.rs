@@ -46,9 +46,7 @@ pub use error::ModelError;
 pub use gait::{FootTarget, Gait};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
-pub use robot::{
-    Body, ContactShape, JointAxis, Leg, Link, Robot, Servo, rotation_from_roll_pitch_yaw,
-};
+pub use robot::{Body, ContactShape, JointAxis, Leg, Link, Robot, Servo};
 pub use simulation::{
     GroundContact, LostLinks, Outcome, Record, SimulationSettings, Simulator, Trajectory,
 };

@@ -1,8 +1,8 @@
 //! From bytes to orientation over time.
 
-use mlr_filter::Axes;
+use mlr_filter::{Axes, unwrapped_rad};
 use mlr_imu::{
-    FullScale, Fusion, ImuSample, SampleClock,
+    CALIBRATION_S, FullScale, Fusion, ImuSample, SampleClock,
     frames::{Counts, Decode, Mlr, Recognizer, Teapot, Witmotion},
 };
 use nalgebra::Vector3;
@@ -37,8 +37,6 @@ enum Calibration {
     Done(Box<Fusion>),
 }
 
-/// How long the robot must stand at first.
-const CALIBRATION_S: f64 = 0.5;
 /// Step that fusion expects; each sample is taken with its own.
 const NOMINAL_STEP_S: f64 = 0.001;
 
@@ -89,7 +87,9 @@ impl Sensor {
     fn attitude(&mut self, time_s: f64, sample: &ImuSample) -> Option<Attitude> {
         if let Some(orientation) = sample.orientation {
             let (roll, pitch, yaw) = orientation.euler_angles();
-            let yaw = unwrap(self.last_yaw_rad, yaw);
+            let yaw = self
+                .last_yaw_rad
+                .map_or(yaw, |last| unwrapped_rad(last, yaw));
             self.last_yaw_rad = Some(yaw);
             let angles_rad = Axes { roll, pitch, yaw };
             return Some(Attitude { time_s, angles_rad });
@@ -117,11 +117,4 @@ impl Sensor {
             }),
         }
     }
-}
-
-fn unwrap(last_rad: Option<f64>, angle_rad: f64) -> f64 {
-    use std::f64::consts::TAU;
-    last_rad.map_or(angle_rad, |last| {
-        angle_rad + ((last - angle_rad) / TAU).round() * TAU
-    })
 }

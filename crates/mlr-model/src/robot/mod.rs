@@ -2,7 +2,7 @@
 
 mod file;
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::{ModelError, morphology::LegLayout};
 
@@ -253,12 +253,4 @@ pub enum ContactShape {
 pub(crate) fn rotation_about(axis: &Vector3<f64>, angle_rad: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = libm::sincos(angle_rad / 2.0);
     UnitQuaternion::new_unchecked(nalgebra::Quaternion::from_parts(cos, axis * sin))
-}
-
-/// Rotation matrix of roll, pitch, yaw (REP-103): `Rz(yaw) Ry(pitch) Rx(roll)`.
-pub fn rotation_from_roll_pitch_yaw(roll_rad: f64, pitch_rad: f64, yaw_rad: f64) -> Rotation3<f64> {
-    (rotation_about(&Vector3::z(), yaw_rad)
-        * rotation_about(&Vector3::y(), pitch_rad)
-        * rotation_about(&Vector3::x(), roll_rad))
-    .to_rotation_matrix()
 }

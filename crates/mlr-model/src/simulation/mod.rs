@@ -9,6 +9,7 @@ mod world;
 pub use settings::{GroundContact, LostLinks, Record, SimulationSettings};
 pub use trajectory::{Outcome, Trajectory};
 
+use nalgebra::UnitQuaternion;
 use rapier3d::prelude::SharedShape;
 
 use crate::{Gait, JointCommands, ModelError, Morphology, Robot};
@@ -26,6 +27,7 @@ pub struct Simulator {
     commands: JointCommands,
     settings: SimulationSettings,
     ground: SharedShape,
+    ground_rotation: UnitQuaternion<f64>,
 }
 
 impl Simulator {
@@ -41,12 +43,14 @@ impl Simulator {
     ) -> Result<Self, ModelError> {
         settings.check()?;
         let commands = JointCommands::new(&robot, gait, settings.duration_s)?;
-        let (ground, _) = settings.terrain.level_shape();
+        let (ground, up) = settings.terrain.level_shape();
+        let ground_rotation = settings.terrain.inclination() * up;
         Ok(Self {
             robot,
             commands,
             settings,
             ground,
+            ground_rotation,
         })
     }
 

@@ -1,4 +1,4 @@
-use mlr_filter::{Axes, OrientationSeries};
+use mlr_filter::{Axes, OrientationSeries, unwrapped_rad};
 
 use super::{Record, world::World};
 
@@ -59,7 +59,7 @@ impl Recorder {
     pub(super) fn record(&mut self, world: &World<'_>, time_s: f64) {
         let mut angles_rad = world.roll_pitch_yaw_rad();
         if let Some(previous) = self.angles_rad.yaw.last() {
-            angles_rad.yaw = unwrap(*previous, angles_rad.yaw);
+            angles_rad.yaw = unwrapped_rad(*previous, angles_rad.yaw);
         }
         self.times_s.push(time_s);
         self.angles_rad.push(angles_rad);
@@ -86,24 +86,5 @@ impl Recorder {
             torque_nm: self.torque_nm,
             energy_j: self.energy_j,
         })
-    }
-}
-
-/// The angle equal to `angle_rad` up to full turns that lies nearest to
-/// `previous_rad`.
-fn unwrap(previous_rad: f64, angle_rad: f64) -> f64 {
-    const TURN: f64 = std::f64::consts::TAU;
-    angle_rad + libm::round((previous_rad - angle_rad) / TURN) * TURN
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn unwrapping_follows_across_the_seam() {
-        let turned = unwrap(3.1, -3.1);
-        assert!((turned - (std::f64::consts::TAU - 3.1)).abs() < 1e-12);
-        assert_eq!(unwrap(0.1, 0.2), 0.2);
     }
 }

@@ -121,11 +121,7 @@ impl<'a> World<'a> {
             multibody: None,
             owners: Vec::new(),
         };
-        let (_, up) = settings.terrain.level_shape();
-        let pose = Isometry3::from_parts(
-            Translation3::identity(),
-            settings.terrain.inclination() * up,
-        );
+        let pose = Isometry3::from_parts(Translation3::identity(), simulator.ground_rotation);
         world.colliders.insert(contacts::ground(
             simulator.ground.clone(),
             to_pose(&pose),
