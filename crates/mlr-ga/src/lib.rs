@@ -45,7 +45,7 @@ pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{Evaluation, Evaluations, Objective, Progress};
 pub use identify::{
-    Alternative, ComparedSignals, Frequency, GaitPhase, Identification, IdentifySettings,
-    MeasuredWalk, Search, identify,
+    Alternative, ComparedSignals, Frequency, GaitPhase, Identification, IdentificationReport,
+    IdentifySettings, MeasuredWalk, Search, SearchMethod, identify,
 };
 pub use objective::{LossHypothesis, WalkObjective};

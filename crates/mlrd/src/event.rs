@@ -1,9 +1,11 @@
 //! What the daemon says on stdout: one JSON object per line.
 
-use std::time::SystemTime;
+use std::{path::PathBuf, time::SystemTime};
 
-use mlr_ga::Identification;
+use mlr_ga::IdentificationReport;
 use serde::Serialize;
+
+use crate::saved_state::KnownMorphology;
 
 /// One line. `t_s` counts from the first sample.
 #[derive(Debug, Serialize)]
@@ -42,6 +44,9 @@ pub enum Kind {
     Started {
         /// The port it is going to read.
         port: String,
+        /// What was last identified, before this start.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        last_known: Option<KnownMorphology>,
     },
     /// The port delivers bytes.
     PortOpened {
@@ -53,6 +58,11 @@ pub enum Kind {
         /// Why.
         reason: String,
     },
+    /// Bytes arrive, and no frame is understood.
+    LineFault {
+        /// Why, as far as can be told.
+        reason: String,
+    },
     /// The robot walks.
     MotionStarted {
         /// When it started.
@@ -62,11 +72,13 @@ pub enum Kind {
     DamageDetected {
         /// Fluctuation within the detector's window.
         fluctuation_deg: f64,
+        /// Whether the robot was known to be damaged and moves otherwise now.
+        changed: bool,
     },
     /// The damage is known.
     Identified {
         /// As `mlr-ga identify` reports it.
-        result: Box<Identification>,
+        result: Box<IdentificationReport>,
     },
     /// The damage cannot be identified.
     Unidentified {
@@ -75,6 +87,22 @@ pub enum Kind {
     },
     /// The robot walks calmly again.
     Recovered,
+    /// What was to be kept in a file could not be, or something else that does not
+    /// stop the daemon.
+    Warning {
+        /// What, and why.
+        reason: String,
+    },
+    /// A recording was begun.
+    RecordingBegun {
+        /// Its file.
+        path: PathBuf,
+    },
+    /// An old recording was removed to make room.
+    RecordingRemoved {
+        /// Its file.
+        path: PathBuf,
+    },
     /// Frames so far, once in a while.
     Status {
         /// Valid frames.
@@ -100,9 +128,11 @@ impl Kind {
         match self {
             Self::PortLost { .. } => Level::Stale,
             Self::Status { silent_s, .. } if *silent_s > SILENT_S => Level::Stale,
-            Self::DamageDetected { .. } => Level::Warn,
-            Self::Unidentified { .. } => Level::Error,
-            Self::Identified { result } if !result.damaged_legs.is_empty() => Level::Error,
+            Self::DamageDetected { .. } | Self::Warning { .. } => Level::Warn,
+            Self::Unidentified { .. } | Self::LineFault { .. } => Level::Error,
+            Self::Identified { result } if !result.identification.damaged_legs.is_empty() => {
+                Level::Error
+            }
             _ => Level::Ok,
         }
     }

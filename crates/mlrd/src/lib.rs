@@ -1,21 +1,29 @@
-//! The onboard daemon: reads IMU frames from a serial port, watches roll and
-//! pitch, notices when the robot is damaged, and identifies the damage.
+//! The onboard daemon: reads an IMU, watches roll and pitch, notices when the
+//! robot is damaged, and identifies the damage.
 //!
 //! ```text
 //! mlrd --port /dev/ttyTHS1
 //! ```
 //!
-//! Three threads: [`port`] reads bytes and survives whatever happens to the port;
-//! the main thread decodes, stamps and fuses them ([`sensor`]) and drives the
-//! states of the [`monitor`]; a worker identifies, so that nothing ever delays
-//! reading. Events are JSON lines on stdout, messages for people go to stderr.
+//! Three threads: [`source`] reads bytes and survives whatever happens to the
+//! port; the main thread decodes, stamps and fuses them ([`sensor`]) and drives
+//! the states of the [`monitor`]; a [`worker`] identifies, so that nothing ever
+//! delays reading. Events are JSON lines on stdout ([`event`]), messages for
+//! people go to stderr. [`Settings`] is everything that can be chosen.
 
 pub mod event;
+pub mod line_health;
 pub mod monitor;
 mod options;
-pub mod port;
+pub mod recorder;
+pub mod saved_state;
 pub mod sensor;
 mod service;
+mod settings;
+pub mod source;
+pub mod supervisor;
+pub mod worker;
 
-pub use options::{FramingName, Options};
+pub use options::Options;
 pub use service::run;
+pub use settings::{FramingName, RecordSettings, Settings};

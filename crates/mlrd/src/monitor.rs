@@ -13,7 +13,8 @@ use crate::{event::Kind, sensor::Attitude};
 ///
 /// ```text
 /// standing ─► walking ─► flagged ─► identifying ─► identified
-///     ▲          ▲          │                          │
+///     ▲          ▲          │ ▲                        │
+///     │          │          │ └── moves otherwise ─────┤
 ///     └──────────┴──────────┴──── calm again ──────────┘
 /// ```
 pub struct Monitor {
@@ -26,6 +27,7 @@ pub struct Monitor {
     motion_start_s: Option<f64>,
     next_check_s: f64,
     complained: bool,
+    swings: RecentSwings,
 }
 
 /// What the robot is known to do.
@@ -33,9 +35,16 @@ pub struct Monitor {
 enum State {
     Standing,
     Walking,
-    Flagged { since_s: f64 },
-    Identifying,
-    Identified,
+    Flagged {
+        since_s: f64,
+    },
+    /// `swing_deg` is how far the body swung meanwhile.
+    Identifying {
+        swing_deg: f64,
+    },
+    Identified {
+        swing_deg: f64,
+    },
 }
 
 /// What is to be done about a sample.
@@ -56,6 +65,25 @@ pub struct Request {
     pub motion_start_s: Option<f64>,
     /// Where the stretch to compare begins.
     pub from_s: f64,
+}
+
+/// The detector's fluctuations of the last seconds.
+#[derive(Debug, Default)]
+struct RecentSwings(VecDeque<(f64, f64)>);
+
+impl RecentSwings {
+    /// The mean over the last `window_s`, this one included.
+    fn mean_with(&mut self, now_s: f64, fluctuation_deg: f64, window_s: f64) -> f64 {
+        self.0.push_back((now_s, fluctuation_deg));
+        self.0.retain(|(time_s, _)| now_s - time_s <= window_s);
+        self.0.iter().map(|(_, swing_deg)| swing_deg).sum::<f64>() / self.0.len() as f64
+    }
+}
+
+/// Whether the body swings so differently, averaged over some gait cycles, that
+/// the damage must have changed: by a quarter and more than a degree.
+fn differs(swing_deg: f64, known_deg: f64) -> bool {
+    (swing_deg - known_deg).abs() > (0.25 * known_deg).max(1.0)
 }
 
 /// Seconds of orientation that are kept.
@@ -86,6 +114,7 @@ impl Monitor {
             motion_start_s: None,
             next_check_s: 0.0,
             complained: false,
+            swings: RecentSwings::default(),
         })
     }
 
@@ -95,8 +124,8 @@ impl Monitor {
             State::Standing => "standing",
             State::Walking => "walking",
             State::Flagged { .. } => "flagged",
-            State::Identifying => "identifying",
-            State::Identified => "identified",
+            State::Identifying { .. } => "identifying",
+            State::Identified { .. } => "identified",
         }
     }
 
@@ -130,8 +159,8 @@ impl Monitor {
 
     /// The identification asked for is done, successfully or not.
     pub fn identified(&mut self) {
-        if self.state == State::Identifying {
-            self.state = State::Identified;
+        if let State::Identifying { swing_deg } = self.state {
+            self.state = State::Identified { swing_deg };
         }
     }
 
@@ -182,7 +211,7 @@ impl Monitor {
                     self.recent.retain(|past| past.time_s >= now_s - STILL_S);
                 }
             }
-            State::Flagged { .. } | State::Identifying | State::Identified => {}
+            State::Flagged { .. } | State::Identifying { .. } | State::Identified { .. } => {}
         }
     }
 
@@ -193,18 +222,31 @@ impl Monitor {
         now_s: f64,
         actions: &mut Vec<Action>,
     ) {
+        let swing_deg = self.swings.mean_with(now_s, fluctuation_deg, self.window_s);
         match self.state {
             State::Standing | State::Walking if damaged => {
                 self.state = State::Flagged { since_s: now_s };
-                actions.push(Action::Report(Kind::DamageDetected { fluctuation_deg }));
+                actions.push(Action::Report(Kind::DamageDetected {
+                    fluctuation_deg,
+                    changed: false,
+                }));
             }
-            State::Flagged { .. } | State::Identified if !damaged => {
+            State::Flagged { .. } | State::Identified { .. } if !damaged => {
                 self.state = State::Walking;
                 actions.push(Action::Report(Kind::Recovered));
             }
+            State::Identified {
+                swing_deg: known_deg,
+            } if differs(swing_deg, known_deg) => {
+                self.state = State::Flagged { since_s: now_s };
+                actions.push(Action::Report(Kind::DamageDetected {
+                    fluctuation_deg,
+                    changed: true,
+                }));
+            }
             State::Flagged { since_s } if now_s >= since_s + self.window_s => {
                 if let Some(recording) = self.recording(since_s - PAUSE_S) {
-                    self.state = State::Identifying;
+                    self.state = State::Identifying { swing_deg };
                     actions.push(Action::Identify(Request {
                         recording,
                         motion_start_s: self.motion_start_s,
@@ -303,6 +345,45 @@ mod tests {
         assert!((14.0..15.5).contains(&told[1].0), "{told:?}");
         assert!((25.0..27.0).contains(&told[3].0), "{told:?}");
         assert_eq!(monitor.state(), "standing");
+    }
+
+    #[test]
+    fn damage_that_changes_is_identified_again() {
+        let rocking = |t: f64| {
+            let swing_deg = match t {
+                t if t < 30.0 => 4.0,
+                t if t < 60.0 => 4.2,
+                _ => 7.0,
+            };
+            Attitude {
+                time_s: t,
+                angles_rad: Axes {
+                    roll: f64::to_radians(swing_deg) * (TAU * t).sin(),
+                    pitch: 0.0,
+                    yaw: 0.0,
+                },
+            }
+        };
+        let mut monitor = monitor();
+        let mut asked_s = Vec::new();
+        let mut changes_s = Vec::new();
+        for i in 0..90 * 200 {
+            let t = f64::from(i) / 200.0;
+            for action in monitor.take(rocking(t)) {
+                match action {
+                    Action::Identify(_) => {
+                        asked_s.push(t);
+                        monitor.identified();
+                    }
+                    Action::Report(Kind::DamageDetected { changed: true, .. }) => changes_s.push(t),
+                    Action::Report(_) => {}
+                }
+            }
+        }
+        assert!(asked_s[0] < 10.0, "{asked_s:?}");
+        assert!((60.0..66.0).contains(&changes_s[0]), "{changes_s:?}");
+        assert!(asked_s.iter().skip(1).all(|t| *t > 60.0), "{asked_s:?}");
+        assert!(asked_s.len() >= 2);
     }
 
     #[test]

@@ -1,36 +1,91 @@
-use clap::{Parser, ValueEnum};
+use std::{fs, path::PathBuf};
 
-/// Reads an IMU from a serial port, notices when the robot is damaged, and
-/// identifies the damage.
+use anyhow::Context;
+use clap::Parser;
+
+use crate::{FramingName, Settings};
+
+/// Reads an IMU, notices when the robot is damaged, and identifies the damage.
 #[derive(Debug, Clone, Parser)]
 #[command(name = "mlrd", version, max_term_width = 100)]
 pub struct Options {
     /// Serial port of the IMU, as in /dev/ttyTHS1.
-    #[arg(long, value_name = "DEVICE")]
-    pub port: String,
-    /// Speed of the port.
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
-    pub baud: u32,
-    /// Framing of the bytes.
-    #[arg(long, value_enum, default_value_t = FramingName::Auto)]
-    pub format: FramingName,
+    #[arg(long, value_name = "DEVICE", conflicts_with = "i2c")]
+    port: Option<String>,
+    /// I²C bus of an MPU6050, as in /dev/i2c-1, instead of a port.
+    #[arg(long, value_name = "BUS")]
+    i2c: Option<PathBuf>,
+    /// Speed of the port [default: 115200].
+    #[arg(long, value_name = "BAUD")]
+    baud: Option<u32>,
+    /// Framing of the bytes [default: auto].
+    #[arg(long, value_enum)]
+    format: Option<FramingName>,
+    /// All settings, in TOML; options override it.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Where to remember the last identification and the sensor's calibration.
+    #[arg(long, value_name = "DIR")]
+    state_dir: Option<PathBuf>,
+    /// Record what the sensor says into this directory, bounded in size.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    /// Robot description in TOML [default: the embedded JetHexa].
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// Gait in TOML [default: the embedded tripod].
+    #[arg(long, value_name = "FILE")]
+    gait: Option<PathBuf>,
     /// Threads for identification [default: all cores but one].
     #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
-    /// Seed of the genetic algorithm.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
+    threads: Option<usize>,
+    /// Seed of the genetic algorithm [default: 1].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
 }
 
-/// A framing, or recognise it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FramingName {
-    /// Whichever the line carries.
-    Auto,
-    /// i2cdevlib's teapot packets.
-    Teapot,
-    /// WitMotion modules.
-    Witmotion,
-    /// A bridge of one's own.
-    Mlr,
+impl Options {
+    /// The configuration file's settings, or the defaults, with these options in
+    /// their place.
+    ///
+    /// # Errors
+    /// Names the file, the line and what was expected.
+    pub fn settings(&self) -> anyhow::Result<Settings> {
+        let mut settings = match &self.config {
+            Some(path) => {
+                let name = || path.display().to_string();
+                let text = fs::read_to_string(path).with_context(name)?;
+                Settings::from_toml(&text).with_context(name)?
+            }
+            None => Settings::default(),
+        };
+        // A source on the command line replaces the file's, of whichever kind.
+        if self.port.is_some() || self.i2c.is_some() {
+            settings.port.clone_from(&self.port);
+            settings.i2c.clone_from(&self.i2c);
+        }
+        let Self {
+            baud,
+            format,
+            threads,
+            seed,
+            ..
+        } = *self;
+        settings.baud = baud.unwrap_or(settings.baud);
+        settings.format = format.unwrap_or(settings.format);
+        settings.seed = seed.unwrap_or(settings.seed);
+        settings.threads = threads.or(settings.threads);
+        for (option, setting) in [
+            (&self.state_dir, &mut settings.state_dir),
+            (&self.record, &mut settings.record.dir),
+            (&self.robot, &mut settings.robot),
+            (&self.gait, &mut settings.gait),
+        ] {
+            if option.is_some() {
+                setting.clone_from(option);
+            }
+        }
+        settings.check()?;
+        Ok(settings)
+    }
 }

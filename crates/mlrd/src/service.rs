@@ -1,4 +1,4 @@
-//! Puts port, sensor, monitor and identification together.
+//! Puts source, sensor, monitor and identification together.
 
 use std::{
     io::{self, Write},
@@ -6,33 +6,40 @@ use std::{
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
-        mpsc::{self, Receiver, RecvTimeoutError, Sender},
+        mpsc::{self, Receiver, RecvTimeoutError},
     },
     thread,
     time::{Duration, Instant, SystemTime},
 };
 
 use anyhow::Context;
-use mlr_ga::{AnswerError, Identification, IdentifySettings, Search, identify};
-use mlr_model::{Gait, Robot};
+use nalgebra::Vector3;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::{
-    Options,
+    Options, Settings,
     event::{self, Kind},
-    monitor::{Action, Monitor, Request},
-    port::{self, PortMessage},
+    monitor::{Action, Monitor},
+    recorder::{Recorder, RecordingNotice},
+    saved_state::{KnownMorphology, SavedState, StateFile},
     sensor::Sensor,
+    source::{self, Pulse, Source, SourceMessage},
+    supervisor::{Progress, Supervisor},
+    worker::{Answer, Worker},
 };
 
-/// How often the daemon tells how it is.
-const STATUS_EVERY: Duration = Duration::from_secs(10);
-/// How long it waits for bytes before it looks at anything else.
+/// How long the daemon waits for bytes before it looks at anything else.
 const TICK: Duration = Duration::from_millis(100);
+/// Change of the gyroscope's bias that is worth writing down.
+const BIAS_CHANGE_RADPS: f64 = 0.002;
 
 /// Runs until SIGTERM or SIGINT.
 pub fn run(options: &Options) -> ExitCode {
-    match Service::start(options).and_then(Service::serve) {
+    let served = options
+        .settings()
+        .and_then(|settings| Service::start(&settings))
+        .and_then(Service::serve);
+    match served {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever listened has gone: the end of the daemon, not a fault.
         Err(error)
@@ -50,131 +57,232 @@ pub fn run(options: &Options) -> ExitCode {
 }
 
 struct Service {
-    options: Options,
+    source_name: String,
     stop: Arc<AtomicBool>,
-    bytes: Receiver<PortMessage>,
-    answers: Receiver<Result<Identification, AnswerError>>,
+    messages: Receiver<SourceMessage>,
+    pulse: Pulse,
+    answers: Receiver<Answer>,
     worker: Arc<Worker>,
     sensor: Sensor,
     monitor: Monitor,
+    recorder: Option<Recorder>,
+    state_file: Option<StateFile>,
+    state: SavedState,
+    supervisor: Supervisor,
+    status_every: Duration,
     begin: Instant,
     last_heard: Instant,
+    processed: u64,
     /// Time of the last sample.
     now_s: f64,
 }
 
-/// Identifies on threads of its own.
-struct Worker {
-    pool: rayon::ThreadPool,
-    seed: u64,
-    settings: IdentifySettings,
-    done: Sender<Result<Identification, AnswerError>>,
-}
-
 impl Service {
-    fn start(options: &Options) -> anyhow::Result<Self> {
+    fn start(settings: &Settings) -> anyhow::Result<Self> {
+        let source = settings.source()?;
+        let (send_answer, answers) = mpsc::channel();
+        let worker = Worker::new(settings, source.to_string(), send_answer)?;
+        let identification = &settings.identification;
+        let monitor = Monitor::new(
+            identification.motion,
+            identification.detector,
+            identification.window_s,
+        )?;
+        let state_file = settings
+            .state_dir
+            .as_ref()
+            .map(|dir| StateFile::new(dir).with_context(|| dir.display().to_string()))
+            .transpose()?;
+        let (state, notice) = match &state_file {
+            Some(file) => file.load().context("state directory")?,
+            None => (SavedState::default(), None),
+        };
+        if let Some(notice) = notice {
+            let _ = writeln!(io::stderr().lock(), "mlrd: {notice}");
+        }
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [SIGTERM, SIGINT] {
             signal_hook::flag::register(signal, Arc::clone(&stop)).context("signals")?;
         }
-        let (send_bytes, bytes) = mpsc::channel();
-        let (send_answer, answers) = mpsc::channel();
-        let settings = IdentifySettings::default();
-        let threads = options.threads.unwrap_or_else(|| {
-            thread::available_parallelism().map_or(1, |cores| (cores.get() - 1).max(1))
-        });
-        let worker = Worker {
-            pool: rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()?,
-            seed: options.seed,
-            settings: settings.clone(),
-            done: send_answer,
-        };
-        let reader = (options.port.clone(), options.baud, Arc::clone(&stop));
-        thread::Builder::new()
-            .name("port".into())
-            .spawn(move || port::read(&reader.0, reader.1, &reader.2, &send_bytes))?;
+        let source_name = source.to_string();
+        let pulse = Pulse::default();
+        let messages = read_in_a_thread(source, &stop, &pulse)?;
         Ok(Self {
-            sensor: Sensor::new(options.format),
-            monitor: Monitor::new(settings.motion, settings.detector, settings.window_s)?,
-            options: options.clone(),
+            source_name,
+            sensor: Sensor::new(settings, state.gyroscope_bias_radps.map(Vector3::from)),
+            monitor,
+            recorder: Recorder::new(&settings.record),
+            state_file,
+            state,
+            supervisor: Supervisor::ready(),
+            status_every: Duration::from_secs_f64(settings.status_every_s),
             stop,
-            bytes,
+            messages,
+            pulse,
             answers,
             worker: Arc::new(worker),
             begin: Instant::now(),
             last_heard: Instant::now(),
+            processed: 0,
             now_s: 0.0,
         })
     }
 
     fn serve(mut self) -> anyhow::Result<()> {
-        let port = self.options.port.clone();
-        self.tell(&Kind::Started { port })?;
+        self.tell(&Kind::Started {
+            port: self.source_name.clone(),
+            last_known: self.state.last_known.clone(),
+        })?;
         let mut last_status = Instant::now();
         while !self.stop.load(Ordering::Relaxed) {
-            match self.bytes.recv_timeout(TICK) {
-                Ok(message) => self.hear(message)?,
-                Err(RecvTimeoutError::Timeout) => {}
+            let idle = match self.messages.recv_timeout(TICK) {
+                Ok(message) => {
+                    self.hear(message)?;
+                    false
+                }
+                Err(RecvTimeoutError::Timeout) => true,
                 Err(RecvTimeoutError::Disconnected) => break,
-            }
+            };
             while let Ok(answer) = self.answers.try_recv() {
-                self.monitor.identified();
-                self.tell(&match answer {
-                    Ok(result) => Kind::Identified {
-                        result: Box::new(result),
-                    },
-                    Err(error) => Kind::Unidentified {
-                        reason: error.to_string(),
-                    },
-                })?;
+                self.answered(answer)?;
             }
-            if last_status.elapsed() >= STATUS_EVERY {
+            self.supervisor.feed(Progress {
+                processed: self.processed,
+                pulse: self.pulse.count(),
+                idle,
+            });
+            if last_status.elapsed() >= self.status_every {
                 last_status = Instant::now();
-                self.tell(&self.status())?;
+                self.report_status()?;
             }
+        }
+        self.supervisor.stopping();
+        if let Some(recorder) = &mut self.recorder
+            && let Err(error) = recorder.flush()
+        {
+            self.warn(&format!("recording: {error}"))?;
         }
         self.tell(&Kind::Stopped)
     }
 
-    fn hear(&mut self, message: PortMessage) -> anyhow::Result<()> {
+    fn hear(&mut self, message: SourceMessage) -> anyhow::Result<()> {
         match message {
-            PortMessage::Opened => {
-                let port = self.options.port.clone();
+            SourceMessage::Opened => {
+                let port = self.source_name.clone();
                 self.tell(&Kind::PortOpened { port })
             }
-            PortMessage::Lost(reason) => self.tell(&Kind::PortLost { reason }),
-            PortMessage::Bytes(arrived, bytes) => {
-                let arrival_s = arrived.duration_since(self.begin).as_secs_f64();
-                let mut attitudes = Vec::new();
-                self.sensor.take(arrival_s, &bytes, &mut attitudes);
-                if !attitudes.is_empty() {
-                    self.last_heard = arrived;
-                }
-                for attitude in attitudes {
-                    self.now_s = attitude.time_s;
-                    for action in self.monitor.take(attitude) {
-                        match action {
-                            Action::Report(kind) => self.tell(&kind)?,
-                            Action::Identify(request) => Worker::identify(&self.worker, request),
-                        }
+            SourceMessage::Lost(reason) => self.tell(&Kind::PortLost { reason }),
+            SourceMessage::Bytes(arrived, bytes) => self.take(arrived, &bytes),
+        }
+    }
+
+    fn take(&mut self, arrived: Instant, bytes: &[u8]) -> anyhow::Result<()> {
+        self.processed += 1;
+        let arrival_s = arrived.duration_since(self.begin).as_secs_f64();
+        let mut readings = Vec::new();
+        if let Some(fault) = self.sensor.take(arrival_s, bytes, &mut readings) {
+            let reason = fault.to_string();
+            self.tell(&Kind::LineFault { reason })?;
+        }
+        if !readings.is_empty() {
+            self.last_heard = arrived;
+        }
+        for reading in readings {
+            self.now_s = reading.attitude.time_s;
+            if let Some(recorder) = &mut self.recorder {
+                match recorder.record(SystemTime::now(), &reading) {
+                    Ok(notices) => self.tell_of_recordings(notices)?,
+                    Err(error) => {
+                        self.recorder = None;
+                        self.warn(&format!("recording ends: {error}"))?;
                     }
                 }
-                Ok(())
+            }
+            for action in self.monitor.take(reading.attitude) {
+                match action {
+                    Action::Report(kind) => self.tell(&kind)?,
+                    Action::Identify(request) => Worker::identify(&self.worker, request),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn answered(&mut self, answer: Answer) -> anyhow::Result<()> {
+        self.monitor.identified();
+        match answer {
+            Ok(report) => {
+                let known = KnownMorphology::new(SystemTime::now(), &report.identification);
+                self.state.last_known = Some(known);
+                self.save()?;
+                let result = Box::new(report);
+                self.tell(&Kind::Identified { result })
+            }
+            Err(error) => {
+                let reason = error.to_string();
+                self.tell(&Kind::Unidentified { reason })
             }
         }
     }
 
-    fn status(&self) -> Kind {
+    fn report_status(&mut self) -> anyhow::Result<()> {
         let counts = self.sensor.counts();
-        Kind::Status {
+        let state = self.monitor.state();
+        let silent_s = self.last_heard.elapsed().as_secs_f64();
+        self.supervisor.status(&format!(
+            "{state}; {} frames, {} bad, {} lost",
+            counts.good, counts.bad, counts.lost
+        ));
+        if let Some(recorder) = &mut self.recorder
+            && let Err(error) = recorder.flush()
+        {
+            self.recorder = None;
+            self.warn(&format!("recording ends: {error}"))?;
+        }
+        self.keep_bias()?;
+        self.tell(&Kind::Status {
             good: counts.good,
             bad: counts.bad,
             lost: counts.lost,
-            state: self.monitor.state(),
-            silent_s: self.last_heard.elapsed().as_secs_f64(),
+            state,
+            silent_s,
+        })
+    }
+
+    fn keep_bias(&mut self) -> anyhow::Result<()> {
+        let Some(bias) = self.sensor.gyroscope_bias_radps() else {
+            return Ok(());
+        };
+        let kept = self.state.gyroscope_bias_radps.map(Vector3::from);
+        if kept.is_some_and(|kept| (kept - bias).amax() < BIAS_CHANGE_RADPS) {
+            return Ok(());
         }
+        self.state.gyroscope_bias_radps = Some(bias.into());
+        self.save()
+    }
+
+    /// A state that cannot be kept is no reason to end.
+    fn save(&self) -> anyhow::Result<()> {
+        match self.state_file.as_ref().map(|file| file.save(&self.state)) {
+            Some(Err(error)) => self.warn(&format!("state: {error}")),
+            _ => Ok(()),
+        }
+    }
+
+    fn tell_of_recordings(&self, notices: Vec<RecordingNotice>) -> anyhow::Result<()> {
+        for notice in notices {
+            self.tell(&match notice {
+                RecordingNotice::Begun(path) => Kind::RecordingBegun { path },
+                RecordingNotice::Removed(path) => Kind::RecordingRemoved { path },
+            })?;
+        }
+        Ok(())
+    }
+
+    fn warn(&self, reason: &str) -> anyhow::Result<()> {
+        let _ = writeln!(io::stderr().lock(), "mlrd: {reason}");
+        let reason = reason.to_string();
+        self.tell(&Kind::Warning { reason })
     }
 
     fn tell(&self, kind: &Kind) -> anyhow::Result<()> {
@@ -186,30 +294,15 @@ impl Service {
     }
 }
 
-impl Worker {
-    fn identify(worker: &Arc<Self>, request: Request) {
-        let worker = Arc::clone(worker);
-        thread::spawn(move || {
-            let settings = IdentifySettings {
-                motion_start_s: request.motion_start_s,
-                from_s: Some(request.from_s),
-                ..worker.settings.clone()
-            };
-            let search = Search::Genetic { repeats: 1 };
-            let answer = worker.pool.install(|| {
-                let (robot, gait) = (Robot::jethexa(), Gait::tripod());
-                identify(
-                    request.recording,
-                    &robot,
-                    &gait,
-                    &settings,
-                    search,
-                    worker.seed,
-                    &(),
-                )
-            });
-            // Nobody listens any more when the daemon is ending.
-            let _ = worker.done.send(answer);
-        });
-    }
+fn read_in_a_thread(
+    source: Box<dyn Source>,
+    stop: &Arc<AtomicBool>,
+    pulse: &Pulse,
+) -> io::Result<Receiver<SourceMessage>> {
+    let (send, messages) = mpsc::channel();
+    let (stop, pulse) = (Arc::clone(stop), pulse.clone());
+    thread::Builder::new()
+        .name("source".into())
+        .spawn(move || source::read(&*source, &stop, &pulse, &send))?;
+    Ok(messages)
 }

@@ -1,14 +1,12 @@
 //! `mlr-ga identify`.
 
-use std::{
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{path::PathBuf, time::Instant};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use mlr_ga::{Identification, IdentifySettings, LossHypothesis, Search, identify};
-use serde::Serialize;
+use mlr_ga::{
+    IdentificationReport, IdentifySettings, LossHypothesis, Search, SearchMethod, identify,
+};
 
 use super::{
     log_file::LogFile,
@@ -16,9 +14,6 @@ use super::{
     output, plot,
     progress::Bar,
 };
-
-/// Version of the JSON output.
-const SCHEMA: &str = "mlr.identification/1";
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyOptions {
@@ -60,8 +55,7 @@ pub(super) struct IdentifyOptions {
     model: ModelFiles,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum SearchName {
     /// The paper's genetic algorithm.
     Ga,
@@ -77,18 +71,6 @@ enum LossName {
     Locked,
     /// Whichever fits better.
     Either,
-}
-
-/// The JSON object.
-#[derive(Serialize)]
-struct Report<'a> {
-    schema: &'static str,
-    log: &'a Path,
-    search: SearchName,
-    seed: u64,
-    #[serde(flatten)]
-    identification: &'a Identification,
-    elapsed_s: f64,
 }
 
 pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
@@ -120,18 +102,17 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     if let Some(path) = &options.plot {
         plot::write(path, &identification)?;
     }
-    let report = Report {
-        schema: SCHEMA,
-        log: options.log.path(),
-        search: options.search,
-        seed: options.seed,
-        identification: &identification,
-        elapsed_s: started.elapsed().as_secs_f64(),
-    };
+    let report = IdentificationReport::new(
+        options.log.path().display().to_string(),
+        search,
+        options.seed,
+        identification,
+        started.elapsed(),
+    );
     let text = if options.json {
         serde_json::to_string(&report)? + "\n"
     } else {
-        report.table()
+        table(&report)
     };
     output::result(&text)?;
     Ok(())
@@ -160,70 +141,68 @@ impl IdentifyOptions {
     }
 }
 
-impl Report<'_> {
-    /// The answer for people.
-    fn table(&self) -> String {
-        let answer = self.identification;
-        let mut table = output::Table::default();
-        table.line("log", self.log.display());
-        table.line("damage", &answer.description);
-        table.line("morphology", spelled(&answer.morphology));
-        table.line(
-            "error",
-            format!(
-                "{:.2}° per sample and axis (F = {:.2} rad)",
-                answer.mean_error_deg, answer.cost_rad
-            ),
-        );
-        match answer.motion_start_s {
-            Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
-            None => table.line("walk starts", "before the log"),
-        }
-        table.line(
-            "compared",
-            format!(
-                "{:.1} s from {:.2} s on",
-                answer.window_s, answer.window_start_s
-            ),
-        );
-        table.line(
-            "search",
-            format!(
-                "{} morphologies simulated in {:.1} s ({})",
-                answer.evaluations,
-                self.elapsed_s,
-                match self.search {
-                    SearchName::Ga => "genetic algorithm",
-                    SearchName::Exact => "all that are feasible",
-                }
-            ),
-        );
-        if answer.diverged > 0 {
-            table.line("diverged", format!("{} simulations", answer.diverged));
-        }
-        table.lines(
-            "runs",
-            answer.frequencies.iter().map(|frequency| {
-                format!(
-                    "{} × {}  F = {:.2} rad",
-                    frequency.count,
-                    spelled(&frequency.morphology),
-                    frequency.cost_rad
-                )
-            }),
-        );
-        table.lines(
-            "next best",
-            answer.alternatives.iter().map(|alternative| {
-                format!(
-                    "{}  F = {:.2} rad",
-                    spelled(&alternative.morphology),
-                    alternative.cost_rad
-                )
-            }),
-        );
-        table.into_text()
+/// The answer for people.
+fn table(report: &IdentificationReport) -> String {
+    let answer = &report.identification;
+    let mut table = output::Table::default();
+    table.line("log", &report.log);
+    table.line("damage", &answer.description);
+    table.line("morphology", spelled(&answer.morphology));
+    table.line(
+        "error",
+        format!(
+            "{:.2}° per sample and axis (F = {:.2} rad)",
+            answer.mean_error_deg, answer.cost_rad
+        ),
+    );
+    match answer.motion_start_s {
+        Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
+        None => table.line("walk starts", "before the log"),
     }
+    table.line(
+        "compared",
+        format!(
+            "{:.1} s from {:.2} s on",
+            answer.window_s, answer.window_start_s
+        ),
+    );
+    table.line(
+        "search",
+        format!(
+            "{} morphologies simulated in {:.1} s ({})",
+            answer.evaluations,
+            report.elapsed_s,
+            match report.search {
+                SearchMethod::Ga => "genetic algorithm",
+                SearchMethod::Exact => "all that are feasible",
+            }
+        ),
+    );
+    if answer.diverged > 0 {
+        table.line("diverged", format!("{} simulations", answer.diverged));
+    }
+    table.lines(
+        "runs",
+        answer.frequencies.iter().map(|frequency| {
+            format!(
+                "{} × {}  F = {:.2} rad",
+                frequency.count,
+                spelled(&frequency.morphology),
+                frequency.cost_rad
+            )
+        }),
+    );
+    table.lines(
+        "next best",
+        answer.alternatives.iter().map(|alternative| {
+            format!(
+                "{}  F = {:.2} rad",
+                spelled(&alternative.morphology),
+                alternative.cost_rad
+            )
+        }),
+    );
+    table.into_text()
 }
 
 /// `111 110 …`.

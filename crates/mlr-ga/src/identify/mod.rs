@@ -3,11 +3,13 @@
 mod answer;
 mod gait_phase;
 mod measured_walk;
+mod report;
 mod settings;
 
 pub use answer::{Alternative, ComparedSignals, Frequency, Identification};
 pub use gait_phase::GaitPhase;
 pub use measured_walk::MeasuredWalk;
+pub use report::{IdentificationReport, SearchMethod};
 pub use settings::IdentifySettings;
 
 use std::collections::BTreeMap;

@@ -3,9 +3,11 @@
 mod columns;
 mod error;
 mod read;
+mod stream;
 mod write;
 
 pub use columns::{ColumnError, Columns};
 pub use error::{LogError, LogProblem};
 pub use read::read_log;
+pub use stream::LogStream;
 pub use write::write_log;
