@@ -90,6 +90,12 @@ impl SampleClock {
         stamp_s
     }
 
+    /// The line was interrupted: what arrives next has not been waiting in a
+    /// buffer, and the pause in arrivals is one in the samples.
+    pub fn interrupted(&mut self) {
+        self.blocks.clear();
+    }
+
     fn step_s(
         &mut self,
         last: &Stamped,
@@ -102,7 +108,7 @@ impl SampleClock {
             return step_s;
         }
         if arrivals_apart_s > PAUSE_S {
-            self.blocks.clear();
+            self.interrupted();
         }
         let Some(line) = self.line() else {
             self.offset_s = None;
@@ -276,6 +282,26 @@ mod tests {
         clock.stamp(0.0, Some(50_000_000), 0);
         let stamp = clock.stamp(3.0, Some(1_000), 0);
         assert!((stamp - 3.0).abs() < 1e-9, "{stamp}");
+    }
+
+    #[test]
+    fn a_short_interruption_leaves_its_gap_when_it_is_told() {
+        let after_gap = |told: bool| {
+            let mut clock = SampleClock::default();
+            let mut last = 0.0;
+            for (_, arrived) in bursty(500.0, 0.02, 10.0) {
+                last = clock.stamp(arrived, None, 0);
+            }
+            if told {
+                clock.interrupted();
+            }
+            clock.stamp(11.5, None, 0) - last
+        };
+        assert!((after_gap(true) - 1.5).abs() < 0.05);
+        assert!(
+            after_gap(false) < 0.01,
+            "control: a stall of the reader is no gap"
+        );
     }
 
     #[test]

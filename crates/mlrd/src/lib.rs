@@ -21,6 +21,7 @@ pub mod sensor;
 mod service;
 mod settings;
 pub mod source;
+pub mod spike_filter;
 pub mod supervisor;
 pub mod worker;
 

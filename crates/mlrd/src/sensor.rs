@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 use crate::{
     FramingName, Settings,
     line_health::{LineFault, LineHealth},
+    spike_filter::SpikeFilter,
 };
 
 /// Roll, pitch and unwrapped yaw of the body at a time counted from the first
@@ -43,6 +44,7 @@ pub struct Sensor {
     lost_before: u64,
     mounting: Mounting,
     orientation: Orientation,
+    spikes: SpikeFilter,
     bias: Bias,
     samples: Vec<ImuSample>,
 }
@@ -96,6 +98,7 @@ impl Sensor {
                 rates_radps: Vec::new(),
                 begin_s: 0.0,
             },
+            spikes: SpikeFilter::default(),
             bias: Bias {
                 remembered_radps: bias_radps,
                 found_radps: None,
@@ -139,7 +142,8 @@ impl Sensor {
                 let time_s = self.clock.stamp(arrival_s, sample.device_time_us, missing);
                 let sample = self.mounting.in_body_axes(&sample);
                 let attitude = self.attitude(time_s, &sample);
-                readings.extend(attitude.map(|attitude| Reading { attitude, sample }));
+                let reading = attitude.map(|attitude| Reading { attitude, sample });
+                readings.extend(reading.and_then(|reading| self.spikes.push(reading)));
             }
         }
         self.samples = samples;
@@ -149,6 +153,11 @@ impl Sensor {
             self.recognise_anew();
         }
         fault
+    }
+
+    /// The port was opened: nothing has been waiting on the way.
+    pub fn reconnected(&mut self) {
+        self.clock.interrupted();
     }
 
     /// The line may carry another framing than it used to.

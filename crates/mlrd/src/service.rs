@@ -168,6 +168,7 @@ impl Service {
     fn hear(&mut self, message: SourceMessage) -> anyhow::Result<()> {
         match message {
             SourceMessage::Opened => {
+                self.sensor.reconnected();
                 let port = self.source_name.clone();
                 self.tell(&Kind::PortOpened { port })
             }
