@@ -34,6 +34,9 @@ impl Source for SerialLine {
             .timeout(READ_TIMEOUT)
             .open()
             .map_err(|error| format!("{}: {}", self.device, in_words(&error)))?;
+        // Nobody knows how long these bytes have been waiting.
+        port.clear(serialport::ClearBuffer::Input)
+            .map_err(|error| format!("{}: {error}", self.device))?;
         Ok(Box::new(OpenLine {
             port,
             buffer: [0; BUFFER],
