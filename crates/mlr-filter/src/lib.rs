@@ -44,6 +44,7 @@
 mod damage_detector;
 mod fourier_filter;
 mod motion_start;
+mod moving_mean;
 mod orientation;
 mod sliding_range;
 mod spectrum;
@@ -53,6 +54,7 @@ mod window;
 pub use damage_detector::{Assessment, DamageDetector, DetectorError, DetectorSettings};
 pub use fourier_filter::{Conditioned, FilterError, FilterSettings, FourierFilter, Selection};
 pub use motion_start::{MotionSettings, MotionStart, NoMotion};
+pub use moving_mean::MovingMean;
 pub use orientation::{Axes, Axis, OrientationSeries, SeriesError, unwrapped_rad};
 pub use spectrum::{PowerSpectrum, Spectrum};
 pub use time_stamps::{TimeStampFaults, clean_time_stamps};

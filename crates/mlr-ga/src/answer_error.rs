@@ -34,6 +34,17 @@ pub enum AnswerError {
         /// Morphologies simulated.
         simulated: usize,
     },
+    /// The search wants an atlas and there is none.
+    #[error("no atlas to search; `mlr-ga atlas build` makes one")]
+    NoAtlas,
+    /// The window reaches beyond the walks of the atlas.
+    #[error("walks of {needed_s:.1} s are needed, the atlas holds {there_s:.1} s")]
+    AtlasTooShort {
+        /// Length that the window and its place in the gait need.
+        needed_s: f64,
+        /// Length of the atlas's walks.
+        there_s: f64,
+    },
     /// A setting of the identification itself is out of range.
     #[error("{field}: {value} is not valid, expected {expected}")]
     Setting {

@@ -2,32 +2,49 @@
 
 use std::collections::BTreeMap;
 
-use mlr_model::{LostLinks, Morphology};
+use mlr_model::Morphology;
 use rayon::prelude::*;
-use serde::Serialize;
+
+use crate::{comparison::Misfit, walks::Case};
 
 /// Something to minimise over morphologies.
 pub trait Objective: Sync {
     /// Evaluates one candidate. Called from many threads at once; the same
-    /// candidate must always give the same result.
-    fn evaluate(&self, candidate: &Morphology) -> Evaluation;
+    /// candidate must always give the same result. A candidate that turns out to
+    /// cost more than `limit_deg` may be abandoned.
+    fn evaluate(&self, candidate: &Morphology, limit_deg: f64) -> Evaluation;
 }
 
 /// The result of evaluating one morphology.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
-    /// The cost; infinite when the simulation diverged.
-    pub cost_rad: f64,
-    /// What the lost links were taken to be for this cost.
-    pub lost_links: LostLinks,
+    /// The cost; infinite when the simulation diverged or was abandoned.
+    pub cost_deg: f64,
+    /// How well each case fits that was simulated to the end.
+    pub fits: Vec<CaseFit>,
+    /// Whether it was given up as too costly.
+    pub abandoned: bool,
     /// Simulations that diverged.
     pub diverged: usize,
+}
+
+/// How well a candidate fits in one case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CaseFit {
+    /// What its lost links are, and which variation of the model.
+    pub case: Case,
+    /// What is left.
+    pub misfit: Misfit,
+    /// Logarithm of the likelihood, up to a constant.
+    pub ln_likelihood: f64,
 }
 
 /// Is told how far a search has come.
 pub trait Progress: Sync {
     /// At most this many candidates are going to be evaluated in all.
     fn expect(&self, candidates: usize);
+    /// So many more than expected before.
+    fn expect_more(&self, candidates: usize);
     /// One more candidate has been evaluated.
     fn advance(&self);
 }
@@ -35,6 +52,7 @@ pub trait Progress: Sync {
 /// Tells nobody.
 impl Progress for () {
     fn expect(&self, _candidates: usize) {}
+    fn expect_more(&self, _candidates: usize) {}
     fn advance(&self) {}
 }
 
@@ -58,6 +76,11 @@ impl<'a> Evaluations<'a> {
 
     /// Evaluates those of the candidates that are not known yet, in parallel.
     pub fn evaluate(&mut self, candidates: &[Morphology]) {
+        self.evaluate_within(candidates, f64::INFINITY);
+    }
+
+    /// The same, but gives up those that cost more than `limit_deg`.
+    pub fn evaluate_within(&mut self, candidates: &[Morphology], limit_deg: f64) {
         let mut new: Vec<&Morphology> = candidates
             .iter()
             .filter(|candidate| !self.known.contains_key(candidate))
@@ -67,7 +90,7 @@ impl<'a> Evaluations<'a> {
         let results: Vec<Evaluation> = new
             .par_iter()
             .map(|candidate| {
-                let evaluation = self.objective.evaluate(candidate);
+                let evaluation = self.objective.evaluate(candidate, limit_deg);
                 self.progress.advance();
                 evaluation
             })
@@ -119,7 +142,7 @@ impl<'a> Evaluations<'a> {
     /// by the number of lost links (the simpler explanation), then by the
     /// vectors themselves. A candidate not evaluated counts as worst.
     pub fn order(&self, a: &Morphology, b: &Morphology) -> std::cmp::Ordering {
-        let cost = |m| self.get(m).map_or(f64::INFINITY, |e| e.cost_rad);
+        let cost = |m| self.get(m).map_or(f64::INFINITY, |e| e.cost_deg);
         cost(a)
             .total_cmp(&cost(b))
             .then_with(|| lost_links(a).cmp(&lost_links(b)))
@@ -146,6 +169,17 @@ pub(crate) mod tests {
 
     use super::*;
 
+    impl Evaluation {
+        fn of_cost(cost_deg: f64) -> Self {
+            Self {
+                cost_deg,
+                fits: Vec::new(),
+                abandoned: false,
+                diverged: 0,
+            }
+        }
+    }
+
     /// Distance to a target, in links.
     pub(crate) struct Distance {
         pub(crate) target: Morphology,
@@ -162,7 +196,7 @@ pub(crate) mod tests {
     }
 
     impl Objective for Distance {
-        fn evaluate(&self, candidate: &Morphology) -> Evaluation {
+        fn evaluate(&self, candidate: &Morphology, _: f64) -> Evaluation {
             self.calls.fetch_add(1, Ordering::Relaxed);
             let distance: usize = (0..candidate.legs())
                 .map(|leg| {
@@ -171,11 +205,7 @@ pub(crate) mod tests {
                         .abs_diff(self.target.remaining(leg))
                 })
                 .sum();
-            Evaluation {
-                cost_rad: distance as f64,
-                lost_links: LostLinks::Absent,
-                diverged: 0,
-            }
+            Evaluation::of_cost(distance as f64)
         }
     }
 
@@ -197,12 +227,8 @@ pub(crate) mod tests {
     fn at_equal_cost_the_lesser_damage_is_better() {
         struct Indifferent;
         impl Objective for Indifferent {
-            fn evaluate(&self, _: &Morphology) -> Evaluation {
-                Evaluation {
-                    cost_rad: 0.0,
-                    lost_links: LostLinks::Absent,
-                    diverged: 0,
-                }
+            fn evaluate(&self, _: &Morphology, _: f64) -> Evaluation {
+                Evaluation::of_cost(0.0)
             }
         }
         let layout = LegLayout::new([3; 6]).unwrap();

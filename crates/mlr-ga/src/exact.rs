@@ -5,21 +5,40 @@ use mlr_model::{LegLayout, Morphology};
 
 use crate::Evaluations;
 
-/// Candidates evaluated between two looks at the clock of the progress display;
-/// also bounds the memory for candidates of robots with very many morphologies.
-const BATCH: usize = 1024;
+/// Candidates evaluated between two looks at the best cost so far, and at the clock
+/// of the progress display; also bounds the memory for candidates of robots with
+/// very many morphologies. Fixed, so that the same candidates are given up whatever
+/// the number of threads.
+const BATCH: usize = 256;
+/// Candidates with up to so many damaged legs are evaluated first: they are the
+/// likeliest, and a good candidate found early lets others be given up.
+const FEW_LEGS: usize = 2;
 
-/// Evaluates every feasible morphology of `layout`.
-pub fn search(layout: &LegLayout, evaluations: &mut Evaluations<'_>) {
+/// Evaluates every feasible morphology of `layout`. Candidates that turn out to cost
+/// more than `margin` times the best so far may be given up.
+pub fn search(layout: &LegLayout, margin: f64, evaluations: &mut Evaluations<'_>) {
     let count = layout.count().and_then(|count| usize::try_from(count).ok());
     evaluations.progress().expect(count.unwrap_or(usize::MAX));
-    let mut morphologies = layout.enumerate();
+    let has_few = |morphology: &Morphology| morphology.damaged_legs().len() <= FEW_LEGS;
+    in_batches(layout.enumerate().filter(has_few), margin, evaluations);
+    let has_many = |morphology: &Morphology| !has_few(morphology);
+    in_batches(layout.enumerate().filter(has_many), margin, evaluations);
+}
+
+fn in_batches(
+    mut morphologies: impl Iterator<Item = Morphology>,
+    margin: f64,
+    evaluations: &mut Evaluations<'_>,
+) {
     loop {
         let batch: Vec<Morphology> = morphologies.by_ref().take(BATCH).collect();
         if batch.is_empty() {
             break;
         }
-        evaluations.evaluate(&batch);
+        let best_deg = evaluations
+            .best()
+            .map_or(f64::INFINITY, |(_, best)| best.cost_deg);
+        evaluations.evaluate_within(&batch, best_deg * margin);
     }
 }
 
@@ -34,7 +53,7 @@ mod tests {
         let target = Morphology::parse("110 00 100", &layout).unwrap();
         let objective = Distance::to(target.clone());
         let mut evaluations = Evaluations::new(&objective, &());
-        search(&layout, &mut evaluations);
+        search(&layout, f64::INFINITY, &mut evaluations);
         assert_eq!(evaluations.len(), 48);
         assert_eq!(evaluations.best().unwrap().0, &target);
     }

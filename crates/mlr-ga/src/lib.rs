@@ -8,7 +8,7 @@
 //! ([`orientation_error_rad`]). [`detect()`] finds out when the damage happened.
 //!
 //! ```
-//! use mlr_ga::{IdentifySettings, Search, identify};
+//! use mlr_ga::{IdentifySettings, Model, Search, identify};
 //! use mlr_model::{Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator};
 //!
 //! // A recording of a robot that stands for a second and then walks without leg 2.
@@ -23,14 +23,17 @@
 //!
 //! let mut settings = IdentifySettings { window_s: 2.0, ..Default::default() };
 //! settings.genetic.generations = 5;
-//! let answer = identify(
-//!     walk.orientation, &robot, &Gait::tripod(), &settings, Search::Genetic { repeats: 1 }, 1, &(),
-//! )?;
+//! let model = Model { robot: &robot, gait: &Gait::tripod(), atlas: None };
+//! let search = Search::Genetic { repeats: 1 };
+//! let answer = identify(walk.orientation, model, &settings, search, 1, &())?;
 //! assert!(answer.damaged_legs.contains(&2));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod answer_error;
+pub mod atlas;
+pub mod belief;
+pub mod comparison;
 mod cost;
 mod detect;
 mod evaluation;
@@ -38,14 +41,19 @@ pub mod exact;
 pub mod genetic;
 mod identify;
 mod objective;
+mod paper_cost;
 mod recording;
+pub mod scoring;
+pub mod walks;
 
 pub use answer_error::AnswerError;
 pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
-pub use evaluation::{Evaluation, Evaluations, Objective, Progress};
+pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use identify::{
-    Alternative, ComparedSignals, Frequency, GaitPhase, Identification, IdentificationReport,
-    IdentifySettings, MeasuredWalk, Search, SearchMethod, identify,
+    Alternative, Begins, BestFit, ComparedSignals, Frequency, GaitPhase, Identification,
+    IdentificationReport, IdentifySettings, MeasuredWalk, Model, Search, SearchMethod, Stretch,
+    identify,
 };
-pub use objective::{LossHypothesis, WalkObjective};
+pub use objective::{Fit, LossHypothesis, WalkObjective};
+pub use paper_cost::PaperCost;

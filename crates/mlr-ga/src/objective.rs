@@ -1,12 +1,17 @@
-//! The cost of a morphology: its simulated walk against the measured one.
+//! The cost of a morphology: how its simulated walks fit the measured one.
 
-use mlr_filter::{Conditioned, FilterSettings, FourierFilter, SamplingLimits, Window};
-use mlr_model::{
-    Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator,
-};
+use std::ops::ControlFlow;
+
+use mlr_model::{LostLinks, Morphology};
 use serde::{Deserialize, Serialize};
 
-use crate::{Evaluation, IdentifySettings, MeasuredWalk, Objective, orientation_error_rad};
+use crate::{
+    Evaluation, IdentifySettings, MeasuredWalk, Objective,
+    belief::DamagePrior,
+    comparison::{AlignedMeasurement, ComparableWalk, LikelihoodSettings},
+    evaluation::CaseFit,
+    walks::{Case, WalkSource, Walked},
+};
 
 /// What a lost link may have become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -17,131 +22,202 @@ pub enum LossHypothesis {
     /// Locked clear of the ground, its mass still on the robot.
     Locked,
     /// Either of the two, the same for all lost links: a candidate is simulated
-    /// both ways and the better one counts.
+    /// both ways, and both count.
     #[default]
     Either,
 }
 
 impl LossHypothesis {
-    fn cases(self) -> &'static [LostLinks] {
+    /// What lost links are taken to be.
+    pub fn cases(self) -> &'static [LostLinks] {
         match self {
             Self::Absent => &[LostLinks::Absent],
             Self::Locked => &[LostLinks::Locked],
             Self::Either => &[LostLinks::Absent, LostLinks::Locked],
         }
     }
+
+    /// What the lost links of this candidate may be: without a lost link there is
+    /// nothing to tell apart.
+    pub fn cases_of(self, candidate: &Morphology) -> &'static [LostLinks] {
+        let cases = self.cases();
+        if candidate.is_healthy() {
+            &cases[..1]
+        } else {
+            cases
+        }
+    }
 }
 
-/// Simulates a candidate, filters its orientation and compares it with the
-/// filtered measurement by the paper's F.
-#[derive(Debug)]
-pub struct WalkObjective {
-    measured: Conditioned,
-    /// Gait times at which the measured window may have begun. The candidate is
-    /// compared from each, and the best counts.
-    gait_times_s: Vec<f64>,
-    simulators: Vec<Simulator>,
-    filter: FilterSettings,
-    window_s: f64,
+/// Lets candidates walk and compares them with the measured walk.
+///
+/// The cost is the error in degrees, averaged over the axes, that the candidate's
+/// likelihood and prior probability amount to: `ln P = -n · ln(cost)`, with n the
+/// number of independent errors. The nominal model decides it; what variations of
+/// the model make of the leading candidates comes later.
+pub struct WalkObjective<'a> {
+    walks: &'a dyn WalkSource,
+    whole: AlignedMeasurement,
+    /// The first parts of the measured walk at which a candidate may be given up.
+    parts: Vec<AlignedMeasurement>,
+    /// Samples of a simulated walk with which the measured one may begin.
+    begins: Vec<usize>,
+    lost_links: LossHypothesis,
+    likelihood: LikelihoodSettings,
+    prior: DamagePrior,
 }
 
-impl WalkObjective {
-    /// The cost of morphologies for the `measured` walk of the same settings.
-    ///
-    /// # Errors
-    /// [`ModelError`] when robot, gait and settings do not fit.
+impl<'a> WalkObjective<'a> {
+    /// The cost of morphologies for the `measured` walk.
     pub fn new(
         measured: &MeasuredWalk,
-        robot: &Robot,
-        gait: &Gait,
+        walks: &'a dyn WalkSource,
         settings: &IdentifySettings,
-    ) -> Result<Self, ModelError> {
-        let gait_times_s = measured.phase().gait_times_s(gait);
-        let last_s = gait_times_s.iter().copied().fold(0.0, f64::max);
-        let simulators = settings
-            .lost_links
-            .cases()
-            .iter()
-            .map(|&lost_links| {
-                let simulation = SimulationSettings {
-                    duration_s: last_s + settings.window_s,
-                    stand_s: 0.0,
-                    lost_links,
-                    ..settings.simulation.clone()
-                };
-                Simulator::new(robot.clone(), gait, simulation)
-            })
-            .collect::<Result<_, _>>()?;
-        Ok(Self {
-            measured: measured.conditioned().clone(),
-            gait_times_s,
-            simulators,
-            filter: settings.filter,
-            window_s: settings.window_s,
-        })
+    ) -> Self {
+        let stretch = measured.stretch();
+        let aligned =
+            |samples| AlignedMeasurement::new(measured.recording(), stretch.start_s, samples);
+        Self {
+            walks,
+            whole: aligned(stretch.samples),
+            parts: stretch.parts().into_iter().map(aligned).collect(),
+            begins: stretch.begins.clone(),
+            lost_links: settings.lost_links,
+            likelihood: LikelihoodSettings {
+                independent_errors: settings
+                    .likelihood
+                    .independent_errors
+                    .map(|n| n * stretch.samples as f64 / FIVE_SECONDS),
+                ..settings.likelihood
+            },
+            prior: settings.prior,
+        }
     }
 
-    /// The simulated walk of a candidate after the filter, from the gait time
-    /// that fits best on, and its cost. `None` when it diverged, or when
-    /// `lost_links` is no case of the hypothesis.
-    pub fn walk(
-        &self,
-        candidate: &Morphology,
-        lost_links: LostLinks,
-    ) -> Option<(Conditioned, f64)> {
-        let simulator = self
-            .simulators
+    /// Logarithm of likelihood times prior of a candidate, over the cases that it
+    /// was tried in; those `tried` that are not among the fits were hopeless.
+    pub fn ln_weight(&self, candidate: &Morphology, fits: &[CaseFit], tried: usize) -> f64 {
+        let best = fits
             .iter()
-            .find(|simulator| simulator.settings().lost_links == lost_links)?;
-        let Outcome::Walked(trajectory) = simulator.simulate(candidate) else {
-            return None;
-        };
-        let mut filter = FourierFilter::new(self.filter, self.window_s)
-            .expect("the measured walk went through a filter of the same settings");
-        self.gait_times_s
+            .map(|fit| fit.ln_likelihood)
+            .fold(f64::NEG_INFINITY, f64::max);
+        if !best.is_finite() {
+            return f64::NEG_INFINITY;
+        }
+        let sum: f64 = fits
             .iter()
-            .map(|&start_s| {
-                let window = Window {
-                    start_s,
-                    duration_s: self.window_s,
-                };
-                let even = window
-                    .cut(&trajectory.orientation, &SamplingLimits::default())
-                    .expect("a simulated walk covers its windows at more than the lowest rate");
-                let simulated = filter.condition(&even);
-                let cost_rad = orientation_error_rad(&self.measured, &simulated);
-                (simulated, cost_rad)
+            .map(|fit| (fit.ln_likelihood - best).exp())
+            .sum();
+        best + (sum / tried as f64).ln() + self.prior.ln(candidate)
+    }
+
+    /// The logarithm of likelihood times prior that a cost stands for.
+    pub fn ln_weight_of_cost(&self, cost_deg: f64) -> f64 {
+        -self.likelihood.errors() * cost_deg.ln()
+    }
+
+    /// The cost that a logarithm of likelihood times prior amounts to.
+    pub fn cost_of_ln_weight(&self, ln_weight: f64) -> f64 {
+        (-ln_weight / self.likelihood.errors()).exp()
+    }
+
+    /// Logarithm of the prior probability of a candidate.
+    pub fn ln_prior(&self, candidate: &Morphology) -> f64 {
+        self.prior.ln(candidate)
+    }
+
+    /// What lost links of the candidate may be.
+    pub fn lost_links(&self, candidate: &Morphology) -> &'static [LostLinks] {
+        self.lost_links.cases_of(candidate)
+    }
+
+    /// How the candidate fits in one case, unless its likelihood turns out to be
+    /// below `least_ln_likelihood`.
+    pub fn fit(&self, candidate: &Morphology, case: Case, least_ln_likelihood: f64) -> Fit {
+        let mut parts = self.parts.iter();
+        let walked = self
+            .walks
+            .walk(candidate, case, &mut |so_far| match parts.next() {
+                Some(part) if self.ln_bound(part, so_far) < least_ln_likelihood => {
+                    ControlFlow::Break(())
+                }
+                _ => ControlFlow::Continue(()),
+            });
+        match walked {
+            Walked::Whole(walk) => self.judge(case, &walk).map_or(Fit::Hopeless, Fit::Fits),
+            Walked::Stopped => Fit::Hopeless,
+            Walked::Unknown => Fit::Unknown,
+            Walked::Diverged => Fit::Diverged,
+        }
+    }
+
+    fn judge(&self, case: Case, walk: &ComparableWalk) -> Option<CaseFit> {
+        self.begins
+            .iter()
+            .filter_map(|&begin| self.whole.misfit(walk, begin, &self.likelihood))
+            .map(|misfit| CaseFit {
+                case,
+                misfit,
+                ln_likelihood: self.likelihood.ln_likelihood(&misfit),
             })
-            .min_by(|(_, a), (_, b)| a.total_cmp(b))
+            .max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood))
+    }
+
+    /// What the likelihood can still become. A walk too short to tell may become
+    /// anything.
+    fn ln_bound(&self, part: &AlignedMeasurement, so_far: &ComparableWalk) -> f64 {
+        let share = part.samples() as f64 / self.whole.samples() as f64;
+        self.begins
+            .iter()
+            .map(|&begin| {
+                part.ln_bound(so_far, begin, share, &self.likelihood)
+                    .unwrap_or(f64::INFINITY)
+            })
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
-impl Objective for WalkObjective {
-    fn evaluate(&self, candidate: &Morphology) -> Evaluation {
-        // Without a lost link the hypotheses are the same.
-        let cases = if candidate.is_healthy() {
-            &self.simulators[..1]
-        } else {
-            &self.simulators[..]
-        };
-        let mut best = Evaluation {
-            cost_rad: f64::INFINITY,
-            lost_links: cases[0].settings().lost_links,
+/// Samples of the paper's window, for which the numbers of independent errors are
+/// stated.
+const FIVE_SECONDS: f64 = 5.0 * ComparableWalk::RATE_HZ;
+
+/// What a case of a candidate came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fit {
+    /// The walk was compared.
+    Fits(CaseFit),
+    /// It was given up.
+    Hopeless,
+    /// There is no such walk.
+    Unknown,
+    /// It diverged.
+    Diverged,
+}
+
+impl Objective for WalkObjective<'_> {
+    fn evaluate(&self, candidate: &Morphology, limit_deg: f64) -> Evaluation {
+        let least = self.ln_weight_of_cost(limit_deg) - self.prior.ln(candidate);
+        let mut evaluation = Evaluation {
+            cost_deg: f64::INFINITY,
+            fits: Vec::new(),
+            abandoned: false,
             diverged: 0,
         };
-        for lost_links in cases
-            .iter()
-            .map(|simulator| simulator.settings().lost_links)
-        {
-            match self.walk(candidate, lost_links) {
-                Some((_, cost_rad)) if cost_rad < best.cost_rad => {
-                    best.cost_rad = cost_rad;
-                    best.lost_links = lost_links;
-                }
-                Some(_) => {}
-                None => best.diverged += 1,
+        let cases = self.lost_links(candidate);
+        for &lost_links in cases {
+            let nominal = Case {
+                lost_links,
+                variation: 0,
+            };
+            match self.fit(candidate, nominal, least) {
+                Fit::Fits(fit) => evaluation.fits.push(fit),
+                Fit::Hopeless => evaluation.abandoned = true,
+                Fit::Diverged => evaluation.diverged += 1,
+                Fit::Unknown => {}
             }
         }
-        best
+        let ln_weight = self.ln_weight(candidate, &evaluation.fits, cases.len());
+        evaluation.cost_deg = self.cost_of_ln_weight(ln_weight);
+        evaluation
     }
 }

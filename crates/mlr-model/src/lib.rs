@@ -41,6 +41,7 @@ mod morphology;
 mod robot;
 mod simulation;
 mod terrain;
+mod variation;
 
 pub use error::ModelError;
 pub use gait::{FootTarget, Gait};
@@ -48,6 +49,7 @@ pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
 pub use robot::{Body, ContactShape, JointAxis, Leg, Link, Robot, Servo};
 pub use simulation::{
-    GroundContact, LostLinks, Outcome, Record, SimulationSettings, Simulator, Trajectory,
+    GroundContact, LostLinks, Outcome, Record, SimulationSettings, Simulator, Trajectory, Walk,
 };
 pub use terrain::{Roughness, Terrain};
+pub use variation::{Payload, Variation};

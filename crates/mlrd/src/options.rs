@@ -30,6 +30,9 @@ pub struct Options {
     /// Record what the sensor says into this directory, bounded in size.
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,
+    /// Walks simulated beforehand by `mlr-ga atlas build`, for instant answers.
+    #[arg(long, value_name = "FILE")]
+    atlas: Option<PathBuf>,
     /// Robot description in TOML [default: the embedded JetHexa].
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
@@ -77,6 +80,7 @@ impl Options {
         settings.threads = threads.or(settings.threads);
         for (option, setting) in [
             (&self.state_dir, &mut settings.state_dir),
+            (&self.atlas, &mut settings.atlas),
             (&self.record, &mut settings.record.dir),
             (&self.robot, &mut settings.robot),
             (&self.gait, &mut settings.gait),

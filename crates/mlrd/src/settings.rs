@@ -36,6 +36,8 @@ pub struct Settings {
     pub format: FramingName,
     /// Directory for what the daemon remembers beyond its end.
     pub state_dir: Option<PathBuf>,
+    /// Walks simulated beforehand by `mlr-ga atlas build`, for instant answers.
+    pub atlas: Option<PathBuf>,
     /// Threads for identification; all cores but one unless told.
     pub threads: Option<usize>,
     /// Seed of the genetic algorithm.
@@ -102,6 +104,7 @@ impl Default for Settings {
             baud: 115_200,
             format: FramingName::Auto,
             state_dir: None,
+            atlas: None,
             threads: None,
             seed: 1,
             robot: None,

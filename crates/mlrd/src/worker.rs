@@ -6,7 +6,9 @@ use std::{
     time::Instant,
 };
 
-use mlr_ga::{AnswerError, IdentificationReport, IdentifySettings, Search, identify};
+use mlr_ga::{
+    AnswerError, IdentificationReport, IdentifySettings, Model, Search, atlas::Atlas, identify,
+};
 use mlr_model::{Gait, Robot};
 
 use crate::{Settings, monitor::Request};
@@ -20,6 +22,7 @@ pub struct Worker {
     robot: Robot,
     gait: Gait,
     seed: u64,
+    atlas: Option<Atlas>,
     settings: IdentifySettings,
     source: String,
     done: Sender<Answer>,
@@ -29,18 +32,25 @@ impl Worker {
     /// A worker that answers to `done`.
     ///
     /// # Errors
-    /// When robot or gait cannot be read, or no threads are to be had.
+    /// When robot, gait or atlas cannot be read, or no threads are to be had.
     pub fn new(settings: &Settings, source: String, done: Sender<Answer>) -> anyhow::Result<Self> {
         let threads = settings.threads.unwrap_or_else(|| {
             thread::available_parallelism().map_or(1, |cores| (cores.get() - 1).max(1))
         });
+        let (robot, gait) = (settings.robot()?, settings.gait()?);
+        let atlas = settings
+            .atlas
+            .as_ref()
+            .map(|path| Atlas::open(path, &robot, &gait, &settings.identification))
+            .transpose()?;
         Ok(Self {
             pool: rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .thread_name(|index| format!("identify-{index}"))
                 .build()?,
-            robot: settings.robot()?,
-            gait: settings.gait()?,
+            robot,
+            gait,
+            atlas,
             seed: settings.seed,
             settings: settings.identification.clone(),
             source,
@@ -65,18 +75,18 @@ impl Worker {
             from_s: Some(request.from_s),
             ..self.settings.clone()
         };
-        let search = Search::Genetic { repeats: 1 };
-        let identification = self.pool.install(|| {
-            identify(
-                request.recording,
-                &self.robot,
-                &self.gait,
-                &settings,
-                search,
-                self.seed,
-                &(),
-            )
-        })?;
+        let search = match self.atlas {
+            Some(_) => Search::Atlas,
+            None => Search::Genetic { repeats: 1 },
+        };
+        let model = Model {
+            robot: &self.robot,
+            gait: &self.gait,
+            atlas: self.atlas.as_ref(),
+        };
+        let identification = self
+            .pool
+            .install(|| identify(request.recording, model, &settings, search, self.seed, &()))?;
         Ok(IdentificationReport::new(
             self.source.clone(),
             search,

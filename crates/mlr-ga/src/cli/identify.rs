@@ -5,7 +5,8 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use mlr_ga::{
-    IdentificationReport, IdentifySettings, LossHypothesis, Search, SearchMethod, identify,
+    IdentificationReport, IdentifySettings, LossHypothesis, Model, Search, SearchMethod,
+    atlas::Atlas, identify,
 };
 
 use super::{
@@ -19,9 +20,9 @@ use super::{
 pub(super) struct IdentifyOptions {
     #[command(flatten)]
     log: LogFile,
-    /// How to search the morphologies.
-    #[arg(long, value_enum, default_value_t = SearchName::Ga)]
-    search: SearchName,
+    /// How to search the morphologies [default: atlas where there is one, else ga].
+    #[arg(long, value_enum)]
+    search: Option<SearchName>,
     /// Run the genetic algorithm N times and report the most frequent result.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     repeats: u64,
@@ -51,16 +52,37 @@ pub(super) struct IdentifyOptions {
     /// All settings, in TOML; options override it.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Walks simulated beforehand by `mlr-ga atlas build`.
+    #[arg(long, value_name = "FILE")]
+    atlas: Option<PathBuf>,
     #[command(flatten)]
     model: ModelFiles,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum SearchName {
+pub(super) enum SearchName {
     /// The paper's genetic algorithm.
     Ga,
     /// Every feasible morphology.
     Exact,
+    /// Every feasible morphology, from --atlas.
+    Atlas,
+}
+
+impl SearchName {
+    /// What answers best within a minute on two cores.
+    pub(super) fn default_with(atlas: bool) -> Self {
+        if atlas { Self::Atlas } else { Self::Ga }
+    }
+
+    /// The search of this name.
+    pub(super) fn search(self, repeats: usize) -> Search {
+        match self {
+            Self::Ga => Search::Genetic { repeats },
+            Self::Exact => Search::Exact,
+            Self::Atlas => Search::Atlas,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -78,22 +100,23 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let settings = options.settings()?;
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
     let recording = options.log.read()?;
-    let search = match options.search {
-        SearchName::Ga => Search::Genetic {
-            repeats: usize::try_from(options.repeats).context("--repeats")?,
-        },
-        SearchName::Exact => Search::Exact,
+    let atlas = options
+        .atlas
+        .as_ref()
+        .map(|path| Atlas::open(path, &robot, &gait, &settings))
+        .transpose()?;
+    let model = Model {
+        robot: &robot,
+        gait: &gait,
+        atlas: atlas.as_ref(),
     };
+    let repeats = usize::try_from(options.repeats).context("--repeats")?;
+    let search = options
+        .search
+        .unwrap_or(SearchName::default_with(atlas.is_some()))
+        .search(repeats);
     let bar = Bar::new();
-    let answer = identify(
-        recording,
-        &robot,
-        &gait,
-        &settings,
-        search,
-        options.seed,
-        &bar,
-    );
+    let answer = identify(recording, model, &settings, search, options.seed, &bar);
     bar.clear();
     let identification = answer.map_err(|error| options.log.blame(error))?;
     for warning in &identification.warnings {
@@ -147,7 +170,24 @@ fn table(report: &IdentificationReport) -> String {
     let mut table = output::Table::default();
     table.line("log", &report.log);
     table.line("damage", &answer.description);
-    table.line("morphology", spelled(&answer.morphology));
+    table.line(
+        "morphology",
+        format!(
+            "{}  {}",
+            spelled(&answer.morphology),
+            percent(answer.probability)
+        ),
+    );
+    table.line(
+        "legs damaged",
+        answer
+            .leg_damage_probability
+            .iter()
+            .enumerate()
+            .map(|(leg, probability)| format!("{}: {}", leg + 1, percent(*probability)))
+            .collect::<Vec<_>>()
+            .join("  "),
+    );
     table.line(
         "error",
         format!(
@@ -175,6 +215,7 @@ fn table(report: &IdentificationReport) -> String {
             match report.search {
                 SearchMethod::Ga => "genetic algorithm",
                 SearchMethod::Exact => "all that are feasible",
+                SearchMethod::Atlas => "all that are feasible, from the atlas",
             }
         ),
     );
@@ -185,24 +226,38 @@ fn table(report: &IdentificationReport) -> String {
         "runs",
         answer.frequencies.iter().map(|frequency| {
             format!(
-                "{} × {}  F = {:.2} rad",
+                "{} × {}  cost {:.3}°",
                 frequency.count,
                 spelled(&frequency.morphology),
-                frequency.cost_rad
+                frequency.cost_deg
             )
         }),
+    );
+    table.line(
+        "not told apart",
+        format!("{} other morphologies", answer.indistinguishable.len()),
     );
     table.lines(
         "next best",
         answer.alternatives.iter().map(|alternative| {
             format!(
-                "{}  F = {:.2} rad",
+                "{}  {}  F = {:.2} rad",
                 spelled(&alternative.morphology),
+                percent(alternative.probability),
                 alternative.cost_rad
             )
         }),
     );
     table.into_text()
+}
+
+/// A probability that is neither 0 nor 1 is not shown as such.
+fn percent(probability: f64) -> String {
+    match 100.0 * probability {
+        p if p > 0.0 && p < 0.5 => "< 1 %".into(),
+        p if p < 100.0 && p > 99.5 => "> 99 %".into(),
+        p => format!("{p:.0} %"),
+    }
 }
 
 /// `111 110 …`.

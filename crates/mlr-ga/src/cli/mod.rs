@@ -1,6 +1,8 @@
 //! The command line.
 
+mod atlas;
 mod detect;
+mod evaluate;
 mod failure;
 mod identify;
 mod log_file;
@@ -32,6 +34,10 @@ enum Command {
     Detect(detect::DetectOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
+    /// Simulates walks beforehand, for instant answers.
+    Atlas(atlas::AtlasOptions),
+    /// Scores answers on directories of logs against what was done to the robots.
+    Evaluate(evaluate::EvaluateOptions),
 }
 
 #[derive(Debug, Args)]
@@ -55,5 +61,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Identify(options) => identify::run(options),
         Command::Detect(options) => detect::run(options),
         Command::Simulate(options) => simulate::run(options),
+        Command::Atlas(options) => atlas::run(options),
+        Command::Evaluate(options) => evaluate::run(options),
     })
 }

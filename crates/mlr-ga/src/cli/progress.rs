@@ -15,6 +15,19 @@ impl Bar {
         Self(ProgressBar::new(0).with_style(style))
     }
 
+    /// A bar over a directory of logs.
+    pub(super) fn of_logs(logs: usize) -> Self {
+        let style = ProgressStyle::with_template(
+            "{bar:40} {pos}/{len} logs, {elapsed} elapsed, {eta} to go",
+        )
+        .expect("the template is a constant that a test renders");
+        Self(ProgressBar::new(logs as u64).with_style(style))
+    }
+
+    pub(super) fn next_log(&self) {
+        self.0.inc(1);
+    }
+
     pub(super) fn clear(&self) {
         self.0.finish_and_clear();
     }
@@ -23,6 +36,10 @@ impl Bar {
 impl Progress for Bar {
     fn expect(&self, candidates: usize) {
         self.0.set_length(candidates as u64);
+    }
+
+    fn expect_more(&self, candidates: usize) {
+        self.0.inc_length(candidates as u64);
     }
 
     fn advance(&self) {
@@ -40,5 +57,8 @@ mod tests {
         bar.expect(2);
         bar.advance();
         assert_eq!(bar.0.position(), 1);
+        let logs = Bar::of_logs(3);
+        logs.next_log();
+        assert_eq!(logs.0.position(), 1);
     }
 }

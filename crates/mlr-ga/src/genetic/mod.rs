@@ -49,7 +49,7 @@ pub struct GeneticRun {
     /// The best morphology found.
     pub best: Morphology,
     /// Its cost.
-    pub cost_rad: f64,
+    pub cost_deg: f64,
     /// The best cost so far after the initial population, after each
     /// generation, and, if it ran, after the refinement.
     pub cost_per_generation: Vec<f64>,
@@ -166,12 +166,12 @@ impl Run {
     fn best_cost(&self, evaluations: &Evaluations<'_>) -> f64 {
         evaluations
             .get(&self.best)
-            .map_or(f64::INFINITY, |evaluation| evaluation.cost_rad)
+            .map_or(f64::INFINITY, |evaluation| evaluation.cost_deg)
     }
 
     fn finish(self, evaluations: &Evaluations<'_>) -> GeneticRun {
         GeneticRun {
-            cost_rad: self.best_cost(evaluations),
+            cost_deg: self.best_cost(evaluations),
             best: self.best,
             cost_per_generation: self.cost_per_generation,
         }

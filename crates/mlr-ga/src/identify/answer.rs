@@ -1,6 +1,8 @@
 use mlr_filter::Conditioned;
-use mlr_model::LostLinks;
+use mlr_model::{LostLinks, Variation};
 use serde::Serialize;
+
+use crate::{comparison::Alignment, evaluation::CaseFit};
 
 /// The answer. Serialises to the fields of `mlr.identification/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -11,14 +13,25 @@ pub struct Identification {
     pub damaged_legs: Vec<usize>,
     /// The damage in words.
     pub description: String,
-    /// What the lost links were taken to be.
-    pub lost_links: LostLinks,
-    /// F of the best morphology.
+    /// Probability of exactly this morphology.
+    pub probability: f64,
+    /// Probability that exactly these legs are damaged.
+    pub legs_probability: f64,
+    /// Probability of each leg to miss a link.
+    pub leg_damage_probability: Vec<f64>,
+    /// Probability of each link to be gone, leg by leg from the body outward.
+    pub link_loss_probability: Vec<Vec<f64>>,
+    /// The paper's F of the best morphology on the nominal model.
     pub cost_rad: f64,
     /// F per sample and axis.
     pub mean_error_deg: f64,
-    /// The next best morphologies.
+    /// How the walk of the best morphology fits best.
+    pub fit: BestFit,
+    /// The next most probable morphologies.
     pub alternatives: Vec<Alternative>,
+    /// Morphologies that this recording cannot tell from the best: together with
+    /// it, those that hold nearly all of the probability.
+    pub indistinguishable: Vec<Vec<Vec<u8>>>,
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
     /// Log time at which the compared stretch begins.
@@ -29,8 +42,8 @@ pub struct Identification {
     pub evaluations: usize,
     /// Simulations that diverged and count as infinitely costly.
     pub diverged: usize,
-    /// Best cost so far, generation by generation; of the run that gave the
-    /// answer. Empty for the exact search.
+    /// Best deciding cost so far in degrees, generation by generation, of the
+    /// genetic algorithm's most frequent result. Empty for the exact search.
     pub cost_per_generation: Vec<f64>,
     /// The results of repeated runs, most frequent first. Empty for a single
     /// run.
@@ -40,6 +53,36 @@ pub struct Identification {
     /// What was compared.
     #[serde(skip)]
     pub signals: ComparedSignals,
+}
+
+/// The model and the alignment under which the best morphology is likeliest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BestFit {
+    /// What the lost links are taken to be.
+    pub lost_links: LostLinks,
+    /// Clock and delay of the robot.
+    #[serde(flatten)]
+    pub alignment: Alignment,
+    /// The variation of the model.
+    #[serde(flatten)]
+    pub variation: Variation,
+    /// Root mean square of what is left of roll, pitch and yaw without their means
+    /// and trends.
+    pub error_deg: [f64; 3],
+}
+
+impl BestFit {
+    pub(super) fn new(fit: CaseFit, variations: &[Variation]) -> Self {
+        Self {
+            lost_links: fit.case.lost_links,
+            alignment: fit.misfit.alignment,
+            variation: variations
+                .get(fit.case.variation)
+                .copied()
+                .unwrap_or_default(),
+            error_deg: fit.misfit.mean_square_deg2.map(f64::sqrt),
+        }
+    }
 }
 
 /// Measured and simulated orientation after the filter, from the start of the
@@ -59,8 +102,10 @@ pub struct ComparedSignals {
 pub struct Alternative {
     /// Existence numbers, leg by leg.
     pub morphology: Vec<Vec<u8>>,
-    /// Its F.
+    /// Its F on the nominal model.
     pub cost_rad: f64,
+    /// Its probability.
+    pub probability: f64,
 }
 
 /// How often repeated runs of the genetic algorithm gave a morphology.
@@ -68,8 +113,8 @@ pub struct Alternative {
 pub struct Frequency {
     /// Existence numbers, leg by leg.
     pub morphology: Vec<Vec<u8>>,
-    /// Its F.
-    pub cost_rad: f64,
+    /// Its deciding cost.
+    pub cost_deg: f64,
     /// Runs that ended with it.
     pub count: usize,
 }

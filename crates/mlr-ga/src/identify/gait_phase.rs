@@ -1,6 +1,8 @@
 use mlr_model::Gait;
 
-/// Where in the gait the compared window begins.
+use crate::comparison::ComparableWalk;
+
+/// Where in the gait the compared stretch begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GaitPhase {
     /// With the walk.
@@ -14,41 +16,56 @@ pub enum GaitPhase {
     Unknown,
 }
 
-/// How finely an unknown phase is tried: the 20 ms for which a controller holds
-/// a command.
-const PHASE_STEP_S: f64 = 0.020;
+/// How finely an unknown phase is tried: the delays of an alignment reach from one
+/// to the next.
+const PHASE_STEP: usize = 3;
 /// The gait clock of a robot may run fast or slow by this share.
-const CLOCK_ERROR: f64 = 0.005;
+const CLOCK_ERROR: f64 = 0.03;
 /// The start of a walk is found with about this error.
 const START_ERROR_S: f64 = 0.02;
 
-impl GaitPhase {
-    /// The gait times of a simulated walk at which the window may begin.
-    ///
-    /// A window in mid-walk begins after the simulated robot has reached its
-    /// steady gait: one period after the ramp. There, only the phase matters.
-    pub fn gait_times_s(self, gait: &Gait) -> Vec<f64> {
-        let steady_s = (gait.ramp_s / gait.period_s).ceil() * gait.period_s + gait.period_s;
-        let half_period_s = gait.period_s / 2.0;
-        match self {
-            Self::Start => vec![0.0],
-            Self::Elapsed { since_start_s } => {
-                let error_s = CLOCK_ERROR * since_start_s + START_ERROR_S;
-                around(since_start_s, error_s.min(half_period_s))
-                    .map(|time_s| steady_s + time_s.rem_euclid(gait.period_s))
-                    .collect()
-            }
-            Self::Unknown => around(half_period_s, half_period_s)
-                .map(|time_s| steady_s + time_s.rem_euclid(gait.period_s))
-                .collect(),
-        }
-    }
+/// Samples of a simulated walk with which the measured stretch may begin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Begins {
+    /// Indices into a [`ComparableWalk`].
+    pub samples: Vec<usize>,
+    /// How much later in the gait than these samples the measured stretch begins.
+    pub later_s: f64,
 }
 
-/// Times a phase step apart, at most `error_s` from `center_s`.
-fn around(center_s: f64, error_s: f64) -> impl Iterator<Item = f64> {
-    let steps = (error_s / PHASE_STEP_S).floor() as i32;
-    (-steps..=steps).map(move |step| center_s + f64::from(step) * PHASE_STEP_S)
+impl GaitPhase {
+    /// Where a simulated walk may begin to be compared.
+    ///
+    /// A stretch in mid-walk begins after the simulated robot has reached its
+    /// steady gait: one period after the ramp. There, only the phase matters.
+    pub fn begins(self, gait: &Gait) -> Begins {
+        let steady_s = (gait.ramp_s / gait.period_s).ceil() * gait.period_s + gait.period_s;
+        let (phase_s, error_s) = match self {
+            Self::Start => {
+                return Begins {
+                    samples: vec![0],
+                    later_s: 0.0,
+                };
+            }
+            Self::Elapsed { since_start_s } => (
+                since_start_s.rem_euclid(gait.period_s),
+                CLOCK_ERROR * since_start_s + START_ERROR_S,
+            ),
+            Self::Unknown => (0.0, f64::INFINITY),
+        };
+        let begin = (steady_s + phase_s) * ComparableWalk::RATE_HZ;
+        let later_s = begin.fract() / ComparableWalk::RATE_HZ;
+        let half_period = gait.period_s * ComparableWalk::RATE_HZ / 2.0;
+        let reach = (error_s * ComparableWalk::RATE_HZ).min(half_period);
+        let steps = (reach / PHASE_STEP as f64).ceil() as usize;
+        let first = (begin.floor() as usize).saturating_sub(steps * PHASE_STEP);
+        Begins {
+            samples: (0..=2 * steps)
+                .map(|step| first + step * PHASE_STEP)
+                .collect(),
+            later_s,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -57,27 +74,38 @@ mod tests {
 
     #[test]
     fn the_start_of_the_walk_is_one_known_time() {
-        assert_eq!(GaitPhase::Start.gait_times_s(&Gait::tripod()), [0.0]);
+        let begins = GaitPhase::Start.begins(&Gait::tripod());
+        assert_eq!((begins.samples, begins.later_s), (vec![0], 0.0));
     }
 
     #[test]
     fn a_known_phase_is_tried_within_the_error_of_the_clock() {
         let phase = GaitPhase::Elapsed {
-            since_start_s: 15.2,
+            since_start_s: 7.31,
         };
-        let times_s = phase.gait_times_s(&Gait::tripod());
-        assert_eq!(times_s.len(), 2 * 4 + 1);
-        for time_s in times_s {
-            assert!((2.0..3.0).contains(&time_s));
-            assert!((time_s - 2.2).abs() < 0.1);
-        }
+        let begins = phase.begins(&Gait::tripod());
+        // The tripod is steady after two seconds; 2.31 s is sample 57.75.
+        assert!((begins.later_s - 0.03).abs() < 1e-9, "{begins:?}");
+        assert_eq!(begins.samples, [51, 54, 57, 60, 63]);
     }
 
     #[test]
-    fn an_unknown_phase_is_tried_all_around() {
-        let mut times_s = GaitPhase::Unknown.gait_times_s(&Gait::tripod());
-        times_s.sort_by(f64::total_cmp);
-        assert!(times_s[0] < 2.0 + 1e-9 && times_s[times_s.len() - 1] > 2.97);
-        assert!(times_s.windows(2).all(|pair| pair[1] - pair[0] < 0.0201));
+    fn an_unknown_phase_is_tried_over_a_whole_period() {
+        let begins = GaitPhase::Unknown.begins(&Gait::tripod());
+        let (first, last) = (begins.samples[0], begins.samples[begins.samples.len() - 1]);
+        assert!(last - first >= 25, "{begins:?}");
+        assert!(first >= 35, "after the ramp: {begins:?}");
+    }
+
+    #[test]
+    fn a_clock_that_had_long_to_go_wrong_makes_the_phase_unknown() {
+        let late = GaitPhase::Elapsed {
+            since_start_s: 60.0,
+        };
+        let unknown = GaitPhase::Unknown.begins(&Gait::tripod());
+        assert_eq!(
+            late.begins(&Gait::tripod()).samples.len(),
+            unknown.samples.len()
+        );
     }
 }

@@ -1,8 +1,10 @@
 use mlr_filter::{Conditioned, FourierFilter, MotionStart, OrientationSeries, Window};
+use mlr_model::Gait;
 
 use super::{GaitPhase, IdentifySettings};
 use crate::{
     AnswerError,
+    comparison::{Alignment, ComparableWalk},
     detect::{Detection, detect_in},
     recording::repair_time_stamps,
 };
@@ -17,11 +19,72 @@ const UPSET_S: f64 = 1.0;
 /// walk, after the filter.
 #[derive(Debug, Clone)]
 pub struct MeasuredWalk {
+    recording: OrientationSeries,
     start: MotionStart,
     window: Window,
     phase: GaitPhase,
+    stretch: Stretch,
     conditioned: Conditioned,
     warnings: Vec<String>,
+}
+
+/// The samples that are compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stretch {
+    /// Log time of the first one.
+    pub start_s: f64,
+    /// How many there are, at [`ComparableWalk::RATE_HZ`].
+    pub samples: usize,
+    /// Samples of a simulated walk with which the first may agree.
+    pub begins: Vec<usize>,
+    /// How much later in the gait than such a sample the window begins; the first
+    /// compared sample is earlier than the window by as much.
+    pub later_s: f64,
+}
+
+impl Stretch {
+    /// The `samples` that every alignment finds in the recording.
+    fn new(recording: &OrientationSeries, window: Window, phase: GaitPhase, gait: &Gait) -> Self {
+        let begins = phase.begins(gait);
+        let start_s = window.start_s - begins.later_s;
+        let end_s = recording.times_s().last().copied().unwrap_or(start_s);
+        let wanted = (window.duration_s * ComparableWalk::RATE_HZ).round() as usize;
+        let fits = |samples: &usize| {
+            let duration_s = samples.saturating_sub(1) as f64 / ComparableWalk::RATE_HZ;
+            start_s + Alignment::longest_s(duration_s) <= end_s
+        };
+        Self {
+            start_s,
+            samples: (2..=wanted).rev().find(fits).unwrap_or(2),
+            begins: begins.samples,
+            later_s: begins.later_s,
+        }
+    }
+
+    /// Samples that a simulated walk must have.
+    pub fn walk_samples(&self) -> usize {
+        self.begins
+            .iter()
+            .max()
+            .map_or(0, |last| last + self.samples)
+    }
+
+    /// First parts of the stretch, in samples, at which a candidate that does not
+    /// fit may be given up.
+    pub fn parts(&self) -> Vec<usize> {
+        const PARTS_S: [f64; 3] = [1.5, 2.5, 3.5];
+        PARTS_S
+            .iter()
+            .map(|part_s| (part_s * ComparableWalk::RATE_HZ).round() as usize)
+            .filter(|part| *part < self.samples)
+            .collect()
+    }
+
+    /// Samples of a simulated walk that show these parts from every begin.
+    pub fn looks(&self) -> Vec<usize> {
+        let last = self.begins.iter().max().copied().unwrap_or(0);
+        self.parts().into_iter().map(|part| last + part).collect()
+    }
 }
 
 impl MeasuredWalk {
@@ -35,6 +98,7 @@ impl MeasuredWalk {
     /// make no sense.
     pub fn new(
         recording: OrientationSeries,
+        gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, AnswerError> {
         settings.check()?;
@@ -70,13 +134,26 @@ impl MeasuredWalk {
         };
         let cut = window.cut(&recording, &settings.sampling)?;
         let conditioned = FourierFilter::new(settings.filter, settings.window_s)?.condition(&cut);
+        let stretch = Stretch::new(&recording, window, phase, gait);
         Ok(Self {
+            recording,
             start,
             window,
             phase,
+            stretch,
             conditioned,
             warnings,
         })
+    }
+
+    /// The recording, its time stamps increasing.
+    pub fn recording(&self) -> &OrientationSeries {
+        &self.recording
+    }
+
+    /// The samples that decide.
+    pub fn stretch(&self) -> &Stretch {
+        &self.stretch
     }
 
     /// When the walk started.

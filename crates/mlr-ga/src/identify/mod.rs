@@ -2,22 +2,34 @@
 
 mod answer;
 mod gait_phase;
+mod leading;
 mod measured_walk;
 mod report;
 mod settings;
 
-pub use answer::{Alternative, ComparedSignals, Frequency, Identification};
-pub use gait_phase::GaitPhase;
-pub use measured_walk::MeasuredWalk;
+pub use answer::{Alternative, BestFit, ComparedSignals, Frequency, Identification};
+pub use gait_phase::{Begins, GaitPhase};
+pub use measured_walk::{MeasuredWalk, Stretch};
 pub use report::{IdentificationReport, SearchMethod};
 pub use settings::IdentifySettings;
 
 use std::collections::BTreeMap;
 
 use mlr_filter::OrientationSeries;
-use mlr_model::{Gait, Morphology, Robot};
+use mlr_model::{Gait, ModelError, Morphology, Robot};
 
-use crate::{AnswerError, Evaluations, Progress, WalkObjective, exact, genetic, mean_error_deg};
+use rayon::prelude::*;
+
+use crate::{
+    AnswerError, Evaluations, Progress, WalkObjective,
+    atlas::Atlas,
+    belief::Posterior,
+    comparison::ComparableWalk,
+    evaluation::CaseFit,
+    exact, genetic, mean_error_deg,
+    paper_cost::PaperCost,
+    walks::{Case, SimulatedWalks, WalkSource},
+};
 
 /// How the morphologies are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,47 +40,99 @@ pub enum Search {
         /// Number of runs.
         repeats: usize,
     },
-    /// Every feasible morphology.
+    /// Every feasible morphology, simulated.
     Exact,
+    /// Every feasible morphology, as the atlas has it.
+    Atlas,
+}
+
+/// What is known of the robot before it is damaged.
+#[derive(Debug, Clone, Copy)]
+pub struct Model<'a> {
+    /// The robot in full health.
+    pub robot: &'a Robot,
+    /// The gait that it walks.
+    pub gait: &'a Gait,
+    /// Its walks, if they were simulated beforehand: then nothing is simulated but
+    /// what the report shows.
+    pub atlas: Option<&'a Atlas>,
 }
 
 /// How many alternatives are reported.
 const ALTERNATIVES: usize = 5;
 
 /// Names the lost links of the robot that made the recording while walking
-/// `gait`. Same inputs, same answer, whatever the number of threads.
+/// `gait`, and says how sure that is. Same inputs, same answer, whatever the number
+/// of threads.
 ///
 /// # Errors
 /// [`AnswerError`]; [`AnswerError::is_recordings_fault`] tells a recording
 /// that cannot answer from settings that make no sense.
 pub fn identify(
     recording: OrientationSeries,
-    robot: &Robot,
-    gait: &Gait,
+    model: Model<'_>,
     settings: &IdentifySettings,
     search: Search,
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Identification, AnswerError> {
-    let measured = MeasuredWalk::new(recording, settings)?;
-    let objective = WalkObjective::new(&measured, robot, gait, settings)?;
+    let Model { robot, gait, .. } = model;
+    let measured = MeasuredWalk::new(recording, gait, settings)?;
+    let simulated;
+    let walks: &dyn WalkSource = match model.atlas {
+        Some(atlas) => {
+            let needed = measured.stretch().walk_samples();
+            if needed > atlas.walk_samples() {
+                return Err(AnswerError::AtlasTooShort {
+                    needed_s: ComparableWalk::duration_s(needed),
+                    there_s: ComparableWalk::duration_s(atlas.walk_samples()),
+                });
+            }
+            atlas
+        }
+        None if search == Search::Atlas => return Err(AnswerError::NoAtlas),
+        None => {
+            simulated = simulated_walks(&measured, model, settings)?;
+            &simulated
+        }
+    };
+    let objective = WalkObjective::new(&measured, walks, settings);
     let mut evaluations = Evaluations::new(&objective, progress);
-    let found = Found::by(search, robot, settings, seed, &mut evaluations);
+    let found = Found::by(search, robot, settings, seed, &objective, &mut evaluations);
+    leading::evaluate_kin(&objective, &mut evaluations);
+    let weighed = leading::weigh(&objective, &evaluations, settings, progress);
+    let posterior = Posterior::new(
+        weighed
+            .iter()
+            .map(|(morphology, weighed)| (morphology.clone(), weighed.ln_weight)),
+    );
     let no_walk = || AnswerError::AllDiverged {
         simulated: evaluations.len(),
     };
-    let best = evaluations.get(&found.best).ok_or_else(no_walk)?;
-    let (simulated, _) = objective
-        .walk(&found.best, best.lost_links)
+    let best = posterior.best().ok_or_else(no_walk)?.clone();
+    let fit = likeliest_fit(&weighed, &best).ok_or_else(no_walk)?;
+    let paper_cost = PaperCost::new(&measured, robot, gait, settings)?;
+    let (simulated, cost_rad) = paper_cost
+        .of(&best, fit.case.lost_links)
         .ok_or_else(no_walk)?;
     Ok(Identification {
-        morphology: found.best.to_rows(),
-        damaged_legs: found.best.damaged_legs(),
-        description: found.best.describe(),
-        lost_links: best.lost_links,
-        cost_rad: best.cost_rad,
-        mean_error_deg: mean_error_deg(best.cost_rad, simulated.roll.len()),
-        alternatives: alternatives(&found.best, &evaluations),
+        morphology: best.to_rows(),
+        damaged_legs: best.damaged_legs(),
+        description: best.describe(),
+        probability: posterior.of(&best),
+        legs_probability: posterior.of_legs(&best.damaged_legs()),
+        leg_damage_probability: posterior.leg_damage(best.legs()),
+        link_loss_probability: posterior.link_loss((0..best.legs()).map(|leg| best.links(leg))),
+        cost_rad,
+        mean_error_deg: mean_error_deg(cost_rad, simulated.roll.len()),
+        fit: BestFit::new(fit, &settings.variations),
+        alternatives: alternatives(&best, &posterior, &weighed, &paper_cost),
+        indistinguishable: posterior
+            .credible(settings.credible_share)
+            .into_iter()
+            .filter(|morphology| **morphology != best)
+            .map(Morphology::to_rows)
+            .collect(),
         motion_start_s: measured
             .start()
             .stood_before
@@ -88,9 +152,34 @@ pub fn identify(
     })
 }
 
-/// What a search came to.
+/// Every case of the settings, simulated when it is asked for.
+fn simulated_walks(
+    measured: &MeasuredWalk,
+    model: Model<'_>,
+    settings: &IdentifySettings,
+) -> Result<SimulatedWalks, ModelError> {
+    let cases = (0..settings.variations.len()).flat_map(|variation| {
+        let lost_links = settings.lost_links.cases().iter();
+        lost_links.map(move |&lost_links| Case {
+            lost_links,
+            variation,
+        })
+    });
+    let stretch = measured.stretch();
+    SimulatedWalks::new(
+        model.robot,
+        model.gait,
+        &settings.simulation,
+        cases,
+        &settings.variations,
+        stretch.walk_samples(),
+        &stretch.looks(),
+    )
+}
+
+/// The course of a genetic search; empty for an exact one.
+#[derive(Default)]
 struct Found {
-    best: Morphology,
     cost_per_generation: Vec<f64>,
     frequencies: Vec<Frequency>,
 }
@@ -101,30 +190,21 @@ impl Found {
         robot: &Robot,
         settings: &IdentifySettings,
         seed: u64,
+        objective: &WalkObjective<'_>,
         evaluations: &mut Evaluations<'_>,
     ) -> Self {
         let layout = robot.layout();
         match search {
-            Search::Exact => {
-                exact::search(&layout, evaluations);
-                Self::best_of(evaluations)
+            Search::Exact | Search::Atlas => {
+                let margin = objective.cost_of_ln_weight(-leading::HOPELESS);
+                exact::search(&layout, margin, evaluations);
+                Self::default()
             }
             Search::Genetic { repeats } => {
                 Self::most_frequent(repeats.max(1), seed, evaluations, |seed, evaluations| {
                     genetic::search(&layout, &settings.genetic, seed, evaluations)
                 })
             }
-        }
-    }
-
-    fn best_of(evaluations: &Evaluations<'_>) -> Self {
-        let (best, _) = evaluations
-            .best()
-            .expect("every layout has at least the healthy morphology");
-        Self {
-            best: best.clone(),
-            cost_per_generation: Vec::new(),
-            frequencies: Vec::new(),
         }
     }
 
@@ -155,7 +235,7 @@ impl Found {
                 .iter()
                 .map(|(count, outcome)| Frequency {
                     morphology: outcome.best.to_rows(),
-                    cost_rad: outcome.cost_rad,
+                    cost_deg: outcome.cost_deg,
                     count: *count,
                 })
                 .collect()
@@ -164,22 +244,45 @@ impl Found {
         };
         let (_, answer) = by_frequency.swap_remove(0);
         Self {
-            best: answer.best,
             cost_per_generation: answer.cost_per_generation,
             frequencies,
         }
     }
 }
 
-fn alternatives(best: &Morphology, evaluations: &Evaluations<'_>) -> Vec<Alternative> {
-    evaluations
-        .ranking()
-        .into_iter()
-        .filter(|(morphology, evaluation)| *morphology != best && evaluation.cost_rad.is_finite())
+/// The fit of a morphology in the case in which it is likeliest.
+fn likeliest_fit(
+    weighed: &BTreeMap<Morphology, leading::Weighed>,
+    morphology: &Morphology,
+) -> Option<CaseFit> {
+    let fits = &weighed.get(morphology)?.fits;
+    fits.iter()
+        .max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood))
+        .copied()
+}
+
+fn alternatives(
+    best: &Morphology,
+    posterior: &Posterior,
+    weighed: &BTreeMap<Morphology, leading::Weighed>,
+    paper_cost: &PaperCost,
+) -> Vec<Alternative> {
+    let leading: Vec<_> = posterior
+        .ranked()
+        .iter()
+        .filter(|(morphology, _)| morphology != best)
         .take(ALTERNATIVES)
-        .map(|(morphology, evaluation)| Alternative {
-            morphology: morphology.to_rows(),
-            cost_rad: evaluation.cost_rad,
+        .collect();
+    leading
+        .par_iter()
+        .filter_map(|(morphology, probability)| {
+            let fit = likeliest_fit(weighed, morphology)?;
+            let (_, cost_rad) = paper_cost.of(morphology, fit.case.lost_links)?;
+            Some(Alternative {
+                morphology: morphology.to_rows(),
+                cost_rad,
+                probability: *probability,
+            })
         })
         .collect()
 }

@@ -34,6 +34,8 @@ pub enum SearchMethod {
     Ga,
     /// Every feasible morphology.
     Exact,
+    /// Every feasible morphology, simulated beforehand.
+    Atlas,
 }
 
 impl From<Search> for SearchMethod {
@@ -41,6 +43,7 @@ impl From<Search> for SearchMethod {
         match search {
             Search::Genetic { .. } => Self::Ga,
             Search::Exact => Self::Exact,
+            Search::Atlas => Self::Atlas,
         }
     }
 }

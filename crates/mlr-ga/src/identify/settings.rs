@@ -1,8 +1,11 @@
 use mlr_filter::{DetectorSettings, FilterSettings, MotionSettings, SamplingLimits};
-use mlr_model::SimulationSettings;
+use mlr_model::{SimulationSettings, Variation};
 use serde::{Deserialize, Serialize};
 
-use crate::{AnswerError, LossHypothesis, genetic::GeneticSettings};
+use crate::{
+    AnswerError, LossHypothesis, belief::DamagePrior, comparison::LikelihoodSettings,
+    genetic::GeneticSettings, walks::usual_variations,
+};
 
 /// Everything about an identification that can be chosen. The defaults are the
 /// paper's values where it gives one.
@@ -31,6 +34,18 @@ pub struct IdentifySettings {
     pub sampling: SamplingLimits,
     /// The genetic algorithm.
     pub genetic: GeneticSettings,
+    /// What misfits say against a candidate.
+    pub likelihood: LikelihoodSettings,
+    /// What is thought of damage before the log is seen.
+    pub prior: DamagePrior,
+    /// The nominal model, and how a robot may differ from it. The leading
+    /// candidates are tried under all of them.
+    pub variations: Vec<Variation>,
+    /// Candidates that are tried under variations of the model, at most.
+    pub leaders: usize,
+    /// Share of the probability that the morphologies reported as indistinguishable
+    /// hold together.
+    pub credible_share: f64,
     /// How candidates are simulated. Duration and lost links follow from the
     /// settings above.
     pub simulation: SimulationSettings,
@@ -49,6 +64,11 @@ impl Default for IdentifySettings {
             detector: DetectorSettings::default(),
             sampling: SamplingLimits::default(),
             genetic: GeneticSettings::default(),
+            likelihood: LikelihoodSettings::default(),
+            prior: DamagePrior::default(),
+            variations: usual_variations(),
+            leaders: 48,
+            credible_share: 0.97,
             simulation: SimulationSettings::default(),
         }
     }
@@ -75,6 +95,57 @@ impl IdentifySettings {
             0.0,
             1.0,
             "a share from 0 to 1",
+        )?;
+        within(
+            "credible_share",
+            self.credible_share,
+            0.0,
+            1.0,
+            "a share from 0 to 1",
+        )?;
+        within(
+            "prior.leg_damaged",
+            self.prior.leg_damaged,
+            1e-9,
+            0.999,
+            "a probability above 0 and below 1",
+        )?;
+        within(
+            "prior.remaining_link",
+            self.prior.remaining_link,
+            1e-6,
+            1e6,
+            "a positive factor",
+        )?;
+        within(
+            "likelihood.floor_deg",
+            self.likelihood.floor_deg,
+            1e-6,
+            45.0,
+            "0.000001 to 45 degrees",
+        )?;
+        within(
+            "likelihood.clock_deviation",
+            self.likelihood.clock_deviation,
+            1e-6,
+            1.0,
+            "0.000001 to 1",
+        )?;
+        for errors in self.likelihood.independent_errors {
+            within(
+                "likelihood.independent_errors",
+                errors,
+                0.01,
+                1e6,
+                "0.01 or more",
+            )?;
+        }
+        within(
+            "variations",
+            self.variations.len() as f64,
+            1.0,
+            1e4,
+            "at least the nominal model",
         )?;
         // Below this rate a simulated walk would not carry its own frequencies.
         within(

@@ -4,17 +4,17 @@ mod contacts;
 mod servo_state;
 mod settings;
 mod trajectory;
+mod walk;
 mod world;
 
 pub use settings::{GroundContact, LostLinks, Record, SimulationSettings};
 pub use trajectory::{Outcome, Trajectory};
+pub use walk::Walk;
 
 use nalgebra::UnitQuaternion;
 use rapier3d::prelude::SharedShape;
 
 use crate::{Gait, JointCommands, ModelError, Morphology, Robot};
-use trajectory::Recorder;
-use world::World;
 
 /// Simulates one robot with one gait for any morphology.
 ///
@@ -70,33 +70,24 @@ impl Simulator {
     /// # Panics
     /// When `morphology` belongs to a robot with other legs.
     pub fn simulate(&self, morphology: &Morphology) -> Outcome {
+        self.start(morphology).finish()
+    }
+
+    /// Sets the robot with `morphology` down and begins to let it stand and walk.
+    ///
+    /// # Panics
+    /// When `morphology` belongs to a robot with other legs.
+    pub fn start(&self, morphology: &Morphology) -> Walk<'_> {
         assert_eq!(
             morphology.layout(),
             self.robot.layout(),
             "the morphology must have the robot's legs and links"
         );
-        let settings = &self.settings;
-        let steps = |duration_s| whole_steps(duration_s, settings.time_step_s);
-        let walking = steps(settings.duration_s);
-        let standing = steps(settings.stand_s);
-        let settling = steps(settings.settle_s);
-        let mut world = World::new(self, morphology);
-        let mut recorder = Recorder::new(settings.record);
-        for step in -(settling + standing)..=walking {
-            let time_s = step as f64 * settings.time_step_s;
-            if step >= -standing {
-                recorder.record(&world, time_s);
-            }
-            if step < walking && !world.step(&self.commands, time_s) {
-                return Outcome::Diverged { at_s: time_s };
-            }
-        }
-        match recorder.finish() {
-            Some(trajectory) => Outcome::Walked(trajectory),
-            None => Outcome::Diverged {
-                at_s: self.settings.duration_s,
-            },
-        }
+        Walk::new(self, morphology)
+    }
+
+    fn commands(&self) -> &JointCommands {
+        &self.commands
     }
 }
 

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::{ModelError, Terrain};
+use crate::{ModelError, Payload, Terrain};
 
 /// How a simulation is run. The defaults are the nominal model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,6 +25,8 @@ pub struct SimulationSettings {
     pub contact: GroundContact,
     /// The shape of the ground.
     pub terrain: Terrain,
+    /// What the body carries.
+    pub payload: Option<Payload>,
     /// What to keep besides orientation.
     #[serde(skip)]
     pub record: Record,
@@ -44,6 +46,7 @@ impl Default for SimulationSettings {
             lost_links: LostLinks::default(),
             contact: GroundContact::default(),
             terrain: Terrain::default(),
+            payload: None,
             record: Record::default(),
         }
     }
@@ -94,12 +97,17 @@ impl SimulationSettings {
             1e3,
             "0.01 to 1000",
         )?;
+        if let Some(payload) = &self.payload {
+            payload.check()?;
+        }
         self.terrain.check()
     }
 }
 
 /// What becomes of a link that is lost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum LostLinks {
     /// Gone, with its mass.

@@ -77,6 +77,11 @@ impl Recorder {
         }
     }
 
+    /// What the body did so far; `None` when an angle is not finite.
+    pub(super) fn orientation(&self) -> Option<OrientationSeries> {
+        OrientationSeries::new(self.times_s.clone(), self.angles_rad.clone()).ok()
+    }
+
     /// `None` when an angle is not finite.
     pub(super) fn finish(self) -> Option<Trajectory> {
         Some(Trajectory {

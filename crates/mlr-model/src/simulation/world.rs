@@ -64,6 +64,11 @@ impl<'a> World<'a> {
                 }
             }
         }
+        if let Some(payload) = &simulator.settings.payload {
+            let point = RigidMass::new(payload.mass_kg, Vector3::zeros(), Matrix3::zeros());
+            let [x, y, z] = payload.position_m;
+            body_mass.attach(&point, &Isometry3::translation(x, y, z));
+        }
         world.body = world.bodies.insert(
             RigidBodyBuilder::dynamic()
                 .pose(to_pose(&start))

@@ -1,0 +1,184 @@
+use std::{io::Write, ops::ControlFlow, path::Path};
+
+use mlr_model::{Gait, LostLinks, Morphology, Robot};
+use rayon::prelude::*;
+
+use super::{
+    AXES, AtlasError, AtlasProblem, DIVERGED,
+    file::{self, Header, SAMPLE_DEG},
+};
+use crate::{
+    IdentifySettings, Progress,
+    comparison::ComparableWalk,
+    walks::{Case, SimulatedWalks, WalkSource, Walked},
+};
+
+/// What goes into an atlas.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtlasPlan {
+    /// Morphologies with at most so many damaged legs are walked under variations
+    /// of the model; all of them on the nominal one.
+    pub few_legs: usize,
+    /// How long each walks: the compared stretch, after a steady gait is reached and
+    /// with any phase.
+    pub duration_s: f64,
+}
+
+impl Default for AtlasPlan {
+    fn default() -> Self {
+        Self {
+            few_legs: 3,
+            duration_s: 8.6,
+        }
+    }
+}
+
+/// Simulates all walks of the plan and writes them to a new file, which appears
+/// under its name only when it is complete. Returns its size in bytes.
+///
+/// # Errors
+/// [`AtlasError`] when there is a file of that name already, when it cannot be
+/// written, or when robot, gait and settings do not fit.
+pub fn build(
+    path: &Path,
+    robot: &Robot,
+    gait: &Gait,
+    settings: &IdentifySettings,
+    plan: AtlasPlan,
+    progress: &dyn Progress,
+) -> Result<u64, AtlasError> {
+    let write = || {
+        if path.exists() {
+            return Err(already_exists());
+        }
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        // Made first: a folder that cannot be written is better known before the work.
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        let (header, samples) = simulate_all(robot, gait, settings, plan, progress)?;
+        file::write(&mut file, &header, &samples)?;
+        file.flush()?;
+        let size = file.as_file().metadata()?.len();
+        file.persist_noclobber(path)
+            .map_err(|failure| failure.error)?;
+        Ok(size)
+    };
+    write().map_err(|problem| AtlasError {
+        path: path.into(),
+        problem,
+    })
+}
+
+fn already_exists() -> AtlasProblem {
+    std::io::Error::new(
+        std::io::ErrorKind::AlreadyExists,
+        "already exists and is not overwritten",
+    )
+    .into()
+}
+
+fn simulate_all(
+    robot: &Robot,
+    gait: &Gait,
+    settings: &IdentifySettings,
+    plan: AtlasPlan,
+    progress: &dyn Progress,
+) -> Result<(Header, Vec<i16>), AtlasProblem> {
+    let walk_samples = (plan.duration_s * ComparableWalk::RATE_HZ).round() as usize;
+    let header = Header::new(robot, gait, settings, plan.few_legs, walk_samples);
+    let all: Vec<Morphology> = robot.layout().enumerate().collect();
+    let few: Vec<Morphology> = all
+        .iter()
+        .filter(|morphology| morphology.damaged_legs().len() <= plan.few_legs)
+        .cloned()
+        .collect();
+    let cases = header.cases();
+    let walks_of = |case: &Case| if case.variation > 0 { &few } else { &all };
+    progress.expect(cases.iter().map(|case| walks_of(case).len()).sum());
+    let mut samples = Vec::new();
+    for case in &cases {
+        let source = simulated(
+            robot,
+            gait,
+            settings,
+            &[case.lost_links],
+            &[case.variation],
+            walk_samples,
+        )?;
+        let walks: Vec<Vec<i16>> = walks_of(case)
+            .par_iter()
+            .map(|morphology| {
+                let walked = source.walk(morphology, *case, &mut |_| ControlFlow::Continue(()));
+                progress.advance();
+                counts(&walked, walk_samples)
+            })
+            .collect();
+        samples.extend(walks.into_iter().flatten());
+    }
+    Ok((header, samples))
+}
+
+/// A walk in hundredths of a degree. Turns beyond what fits are cut off: no robot
+/// that turns so far is told from another by how much farther it turned.
+fn counts(walked: &Walked, walk_samples: usize) -> Vec<i16> {
+    let Walked::Whole(walk) = walked else {
+        return vec![DIVERGED; AXES * walk_samples];
+    };
+    walk.angles_deg()
+        .as_ref()
+        .into_array()
+        .into_iter()
+        .flat_map(|axis| axis.iter().take(walk_samples))
+        .map(|angle_deg| {
+            let counts = (angle_deg / SAMPLE_DEG).round();
+            counts.clamp(f32::from(-i16::MAX), f32::from(i16::MAX)) as i16
+        })
+        .collect()
+}
+
+/// Walks of some cases of the settings' variations. Only the cases asked for are
+/// prepared; the others are unknown to it.
+pub(super) fn simulated(
+    robot: &Robot,
+    gait: &Gait,
+    settings: &IdentifySettings,
+    lost_links: &[LostLinks],
+    variations: &[usize],
+    walk_samples: usize,
+) -> Result<SimulatedWalks, AtlasProblem> {
+    let wanted = lost_links.iter().flat_map(|&lost_links| {
+        variations.iter().map(move |&variation| Case {
+            lost_links,
+            variation,
+        })
+    });
+    Ok(SimulatedWalks::new(
+        robot,
+        gait,
+        &settings.simulation,
+        wanted,
+        &settings.variations,
+        walk_samples,
+        &[],
+    )?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hundredths_of_a_degree_and_no_more_than_fits() {
+        use mlr_filter::Axes;
+        let walk = ComparableWalk::from_samples(Axes {
+            roll: vec![0.126, -1.0],
+            pitch: vec![0.0, 400.0],
+            yaw: vec![-400.0, 1.0],
+        });
+        let counted = counts(&Walked::Whole(walk), 2);
+        assert_eq!(counted, [13, -100, 0, i16::MAX, -i16::MAX, 100]);
+        assert_eq!(counts(&Walked::Diverged, 1), [DIVERGED; 3]);
+    }
+}

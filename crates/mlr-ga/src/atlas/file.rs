@@ -1,0 +1,227 @@
+use std::{
+    fs,
+    io::{self, Write},
+    path::Path,
+};
+
+use crc::{CRC_64_XZ, Crc};
+use mlr_model::{Gait, LostLinks, ModelError, Robot, Variation};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::all_lost_links;
+use crate::{IdentifySettings, walks::Case};
+
+/// Why an atlas cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum AtlasProblem {
+    /// It cannot be read or written.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// It is something else.
+    #[error("is no atlas")]
+    NoAtlas,
+    /// It was written in another form.
+    #[error("has version {found} of the file format, expected {VERSION}; build it anew")]
+    OtherFormat {
+        /// The version found.
+        found: u32,
+    },
+    /// The header cannot be read.
+    #[error("its header is damaged: {0}")]
+    Header(#[from] serde_json::Error),
+    /// It ends early, or has more than its header says.
+    #[error("is truncated; build it anew")]
+    Truncated,
+    /// Bytes changed since it was written.
+    #[error("its check sum is wrong, the file is damaged; build it anew")]
+    Damaged,
+    /// It belongs to something else.
+    #[error("is stale: made for another {what} ({then}, now {now}); build it anew")]
+    Stale {
+        /// What has changed.
+        what: &'static str,
+        /// What it was made for.
+        then: String,
+        /// What is asked for.
+        now: String,
+    },
+    /// The physics engine walks otherwise than when the atlas was made.
+    #[error("is stale: this program's simulation walks otherwise; build it anew")]
+    OtherEngine,
+    /// Robot, gait and settings do not fit together.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+const MAGIC: &[u8; 8] = b"MLRATLAS";
+const VERSION: u32 = 1;
+const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+const CRC_LENGTH: usize = 8;
+/// Samples begin at a multiple of this.
+const ALIGNMENT: usize = 64;
+/// What one count of a sample is worth.
+pub(super) const SAMPLE_DEG: f32 = 0.01;
+
+/// What an atlas holds, and what it was made for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Header {
+    program: String,
+    robot: Described,
+    gait: Described,
+    simulation: Described,
+    variations: Vec<Variation>,
+    /// Morphologies with at most so many damaged legs are in it under variations.
+    pub(super) few_legs: usize,
+    pub(super) walk_samples: usize,
+}
+
+/// Something by its name and a digest of all that it says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Described {
+    name: String,
+    digest: String,
+}
+
+impl Described {
+    fn new(name: &str, all: &impl std::fmt::Debug) -> Self {
+        Self {
+            name: name.into(),
+            digest: format!("{:016x}", CRC.checksum(format!("{all:?}").as_bytes())),
+        }
+    }
+
+    fn check(&self, what: &'static str, now: &Self) -> Result<(), AtlasProblem> {
+        if self == now {
+            return Ok(());
+        }
+        let spell = |described: &Self| format!("{:?} {}", described.name, described.digest);
+        Err(AtlasProblem::Stale {
+            what,
+            then: spell(self),
+            now: spell(now),
+        })
+    }
+}
+
+impl Header {
+    pub(super) fn new(
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+        few_legs: usize,
+        walk_samples: usize,
+    ) -> Self {
+        Self {
+            program: env!("CARGO_PKG_VERSION").into(),
+            robot: Described::new(robot.name(), robot),
+            gait: Described::new(&gait.name, gait),
+            simulation: Described::new("simulation", &settings.simulation),
+            variations: settings.variations.clone(),
+            few_legs,
+            walk_samples,
+        }
+    }
+
+    /// The cases in the order in which their walks follow each other.
+    pub(super) fn cases(&self) -> Vec<Case> {
+        let case = |variation| {
+            move |lost_links: LostLinks| Case {
+                lost_links,
+                variation,
+            }
+        };
+        (0..self.variations.len())
+            .flat_map(|variation| all_lost_links().map(case(variation)))
+            .collect()
+    }
+
+    /// Names the first thing that has changed since the atlas was made.
+    pub(super) fn check(
+        &self,
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+    ) -> Result<(), AtlasProblem> {
+        let now = Self::new(robot, gait, settings, self.few_legs, self.walk_samples);
+        if self.program != now.program {
+            return Err(AtlasProblem::Stale {
+                what: "version of the program",
+                then: self.program.clone(),
+                now: now.program,
+            });
+        }
+        self.robot.check("robot", &now.robot)?;
+        self.gait.check("gait", &now.gait)?;
+        self.simulation
+            .check("simulation setting", &now.simulation)?;
+        // Whoever wants fewer variations finds theirs at the front.
+        if !self.variations.starts_with(&now.variations) {
+            return Err(AtlasProblem::Stale {
+                what: "list of variations",
+                then: format!("{} of them", self.variations.len()),
+                now: format!("{} others", now.variations.len()),
+            });
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn read(path: &Path) -> Result<(Header, Vec<i16>), AtlasProblem> {
+    let bytes = fs::read(path)?;
+    let (magic, rest) = bytes.split_first_chunk().ok_or(AtlasProblem::NoAtlas)?;
+    if magic != MAGIC {
+        return Err(AtlasProblem::NoAtlas);
+    }
+    let (version, rest) = rest.split_first_chunk().ok_or(AtlasProblem::Truncated)?;
+    let found = u32::from_le_bytes(*version);
+    if found != VERSION {
+        return Err(AtlasProblem::OtherFormat { found });
+    }
+    let (content, crc) = bytes
+        .split_last_chunk::<CRC_LENGTH>()
+        .ok_or(AtlasProblem::Truncated)?;
+    if CRC.checksum(content) != u64::from_le_bytes(*crc) {
+        return Err(AtlasProblem::Damaged);
+    }
+    let (length, rest) = rest.split_first_chunk().ok_or(AtlasProblem::Truncated)?;
+    let length = u32::from_le_bytes(*length) as usize;
+    let header = rest.get(..length).ok_or(AtlasProblem::Truncated)?;
+    let header: Header = serde_json::from_slice(header)?;
+    let begin = samples_begin(length);
+    let samples = content.get(begin..).ok_or(AtlasProblem::Truncated)?;
+    let samples = samples
+        .as_chunks::<2>()
+        .0
+        .iter()
+        .map(|bytes| i16::from_le_bytes(*bytes))
+        .collect();
+    Ok((header, samples))
+}
+
+pub(super) fn write(
+    file: &mut impl Write,
+    header: &Header,
+    samples: &[i16],
+) -> Result<(), AtlasProblem> {
+    let header = serde_json::to_vec(header)?;
+    let length = u32::try_from(header.len()).map_err(io::Error::other)?;
+    let mut bytes = Vec::with_capacity(samples_begin(header.len()) + 2 * samples.len());
+    bytes.extend(MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(length.to_le_bytes());
+    bytes.extend(&header);
+    bytes.resize(samples_begin(header.len()), 0);
+    for sample in samples {
+        bytes.extend(sample.to_le_bytes());
+    }
+    let crc = CRC.checksum(&bytes);
+    file.write_all(&bytes)?;
+    file.write_all(&crc.to_le_bytes())?;
+    Ok(())
+}
+
+fn samples_begin(header_length: usize) -> usize {
+    (MAGIC.len() + 4 + 4 + header_length).next_multiple_of(ALIGNMENT)
+}

@@ -1,0 +1,162 @@
+use mlr_model::Morphology;
+
+/// Probabilities of morphologies that exclude each other, most probable first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posterior {
+    ranked: Vec<(Morphology, f64)>,
+}
+
+impl Posterior {
+    /// Normalises logarithms of likelihood times prior. A morphology that is not
+    /// among them is held to be impossible.
+    pub fn new(ln_weights: impl IntoIterator<Item = (Morphology, f64)>) -> Self {
+        let mut ranked: Vec<(Morphology, f64)> = ln_weights
+            .into_iter()
+            .filter(|(_, ln_weight)| ln_weight.is_finite())
+            .collect();
+        ranked.sort_by(|(a, ln_a), (b, ln_b)| ln_b.total_cmp(ln_a).then_with(|| b.cmp(a)));
+        let greatest = ranked.first().map_or(0.0, |(_, ln_weight)| *ln_weight);
+        for (_, weight) in &mut ranked {
+            *weight = (*weight - greatest).exp();
+        }
+        let total: f64 = ranked.iter().map(|(_, weight)| weight).sum();
+        for (_, weight) in &mut ranked {
+            *weight /= total;
+        }
+        Self { ranked }
+    }
+
+    /// Morphologies and their probabilities, most probable first.
+    pub fn ranked(&self) -> &[(Morphology, f64)] {
+        &self.ranked
+    }
+
+    /// The most probable morphology of the most probable set of damaged legs: which
+    /// links of a leg are gone often leaves no trace, which legs are damaged does.
+    pub fn best(&self) -> Option<&Morphology> {
+        let mut sets: Vec<(Vec<usize>, f64)> = Vec::new();
+        for (morphology, probability) in &self.ranked {
+            let legs = morphology.damaged_legs();
+            match sets.iter_mut().find(|(known, _)| *known == legs) {
+                Some((_, sum)) => *sum += probability,
+                None => sets.push((legs, *probability)),
+            }
+        }
+        // The first of equals is the one with the likelier morphology.
+        let mut best = sets.first()?;
+        for set in &sets {
+            if set.1 > best.1 {
+                best = set;
+            }
+        }
+        self.ranked
+            .iter()
+            .map(|(morphology, _)| morphology)
+            .find(|morphology| morphology.damaged_legs() == best.0)
+    }
+
+    /// Probability of each leg to miss a link.
+    pub fn leg_damage(&self, legs: usize) -> Vec<f64> {
+        (0..legs)
+            .map(|leg| self.sum(|morphology| !is_whole(morphology, leg)))
+            .collect()
+    }
+
+    /// Probability of each link to be gone, leg by leg from the body outward.
+    pub fn link_loss(&self, links: impl IntoIterator<Item = usize>) -> Vec<Vec<f64>> {
+        links
+            .into_iter()
+            .enumerate()
+            .map(|(leg, count)| {
+                (0..count)
+                    .map(|link| self.sum(|morphology| morphology.remaining(leg) <= link))
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// The fewest morphologies that together hold this share of the probability.
+    pub fn credible(&self, share: f64) -> Vec<&Morphology> {
+        let mut sum = 0.0;
+        self.ranked
+            .iter()
+            .take_while(|(_, probability)| {
+                let wanted = sum < share;
+                sum += probability;
+                wanted
+            })
+            .map(|(morphology, _)| morphology)
+            .collect()
+    }
+
+    /// Probability of a morphology.
+    pub fn of(&self, morphology: &Morphology) -> f64 {
+        self.sum(|other| other == morphology)
+    }
+
+    /// Probability that exactly these legs, by their numbers, are damaged.
+    pub fn of_legs(&self, damaged_legs: &[usize]) -> f64 {
+        self.sum(|morphology| morphology.damaged_legs() == damaged_legs)
+    }
+
+    fn sum(&self, condition: impl Fn(&Morphology) -> bool) -> f64 {
+        self.ranked
+            .iter()
+            .filter(|(morphology, _)| condition(morphology))
+            .map(|(_, probability)| probability)
+            .sum()
+    }
+}
+
+fn is_whole(morphology: &Morphology, leg: usize) -> bool {
+    morphology.remaining(leg) == morphology.links(leg)
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::LegLayout;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn hexapod(text: &str) -> Morphology {
+        Morphology::parse(text, &LegLayout::new([3; 6]).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn legs_are_decided_before_links() {
+        let healthy = hexapod("111 111 111 111 111 111");
+        let posterior = Posterior::new([
+            (healthy.clone(), 0.4_f64.ln()),
+            (hexapod("111 111 000 111 111 111"), 0.3_f64.ln()),
+            (hexapod("111 111 100 111 111 111"), 0.3_f64.ln()),
+        ]);
+        assert_eq!(posterior.ranked()[0].0, healthy);
+        assert_eq!(posterior.best().unwrap().damaged_legs(), [3]);
+        assert!((posterior.of_legs(&[3]) - 0.6).abs() < 1e-12);
+        let legs = posterior.leg_damage(6);
+        assert!((legs[2] - 0.6).abs() < 1e-12 && legs[0] == 0.0);
+        let links = posterior.link_loss([3; 6]);
+        assert!((links[2][0] - 0.3).abs() < 1e-12 && (links[2][1] - 0.6).abs() < 1e-12);
+        assert_eq!(posterior.credible(0.5).len(), 2);
+    }
+
+    proptest! {
+        #[test]
+        fn probabilities_add_up_and_do_not_depend_on_order_or_constant(
+            ln_weights in prop::collection::vec(-2000.0..2000.0_f64, 1..200),
+            constant in -500.0..500.0_f64,
+        ) {
+            let all: Vec<Morphology> = LegLayout::new([3; 6]).unwrap().enumerate().collect();
+            let pairs: Vec<_> = all.iter().cloned().zip(ln_weights.iter().copied()).collect();
+            let posterior = Posterior::new(pairs.clone());
+            let total: f64 = posterior.ranked().iter().map(|(_, p)| p).sum();
+            prop_assert!((total - 1.0).abs() < 1e-9);
+            let shifted = Posterior::new(pairs.iter().rev().map(|(m, w)| (m.clone(), w + constant)));
+            for ((m, p), (n, q)) in posterior.ranked().iter().zip(shifted.ranked()) {
+                prop_assert!(m == n && (p - q).abs() < 1e-9);
+            }
+            prop_assert!(posterior.credible(0.95).len() <= ln_weights.len());
+        }
+    }
+}

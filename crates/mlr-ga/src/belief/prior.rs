@@ -1,0 +1,70 @@
+use mlr_model::Morphology;
+use serde::{Deserialize, Serialize};
+
+/// What is thought of damage before a log is seen: legs are lost independently,
+/// and few at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DamagePrior {
+    /// Probability that a leg is damaged.
+    pub leg_damaged: f64,
+    /// Of a damaged leg, how much less probable each further remaining link makes
+    /// its state: a leg that is hit is gone as a whole rather than in part.
+    pub remaining_link: f64,
+}
+
+impl Default for DamagePrior {
+    fn default() -> Self {
+        Self {
+            leg_damaged: 0.12,
+            remaining_link: 0.8,
+        }
+    }
+}
+
+impl DamagePrior {
+    /// Logarithm of the probability of a morphology.
+    pub fn ln(&self, morphology: &Morphology) -> f64 {
+        (0..morphology.legs())
+            .map(|leg| {
+                let (links, remaining) = (morphology.links(leg), morphology.remaining(leg));
+                if remaining == links {
+                    (1.0 - self.leg_damaged).ln()
+                } else {
+                    let states: f64 = (0..links).map(|state| self.weight(state)).sum();
+                    (self.leg_damaged * self.weight(remaining) / states).ln()
+                }
+            })
+            .sum()
+    }
+
+    fn weight(&self, remaining: usize) -> f64 {
+        self.remaining_link.powi(remaining as i32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::LegLayout;
+
+    use super::*;
+
+    #[test]
+    fn probabilities_of_all_morphologies_add_up_to_one() {
+        for links in [vec![3; 6], vec![2, 1, 4]] {
+            let layout = LegLayout::new(links).unwrap();
+            let prior = DamagePrior::default();
+            let total: f64 = layout.enumerate().map(|m| prior.ln(&m).exp()).sum();
+            assert!((total - 1.0).abs() < 1e-9, "{total}");
+        }
+    }
+
+    #[test]
+    fn less_damage_is_more_probable() {
+        let layout = LegLayout::new([3; 6]).unwrap();
+        let prior = DamagePrior::default();
+        let ln = |legs| prior.ln(&Morphology::parse_legs_lost(legs, &layout).unwrap());
+        assert!(prior.ln(&Morphology::healthy(&layout)) > ln("3"));
+        assert!(ln("3") > ln("3,4") && ln("3,4") > ln("1,3,4"));
+    }
+}

@@ -1,0 +1,57 @@
+//! `mlr-ga atlas build`.
+
+use std::{path::PathBuf, time::Instant};
+
+use clap::{Args, Subcommand};
+use mlr_ga::{IdentifySettings, atlas};
+
+use super::{
+    model_files::{self, ModelFiles},
+    output,
+    progress::Bar,
+};
+
+#[derive(Debug, Args)]
+pub(super) struct AtlasOptions {
+    #[command(subcommand)]
+    command: AtlasCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum AtlasCommand {
+    /// Simulates the walks of every feasible morphology, and under variations of the model those of
+    /// the ones with few damaged legs.
+    Build(BuildOptions),
+}
+
+#[derive(Debug, Args)]
+struct BuildOptions {
+    /// The file to write. An existing file is never overwritten.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// All settings of the identification, in TOML, as the atlas's user will have them.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    model: ModelFiles,
+}
+
+pub(super) fn run(options: &AtlasOptions) -> anyhow::Result<()> {
+    let AtlasCommand::Build(options) = &options.command;
+    let started = Instant::now();
+    let settings: IdentifySettings =
+        model_files::load(options.config.as_ref(), |text| toml::from_str(text))?
+            .unwrap_or_default();
+    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let plan = atlas::AtlasPlan::default();
+    let bar = Bar::new();
+    let built = atlas::build(&options.output, &robot, &gait, &settings, plan, &bar);
+    bar.clear();
+    let mut table = output::Table::default();
+    table.line("atlas", options.output.display());
+    table.line("robot", robot.name());
+    table.line("gait", &gait.name);
+    table.line("size", format!("{:.1} MB", built? as f64 / 1e6));
+    table.line("time", format!("{:.0} s", started.elapsed().as_secs_f64()));
+    Ok(output::result(&table.into_text())?)
+}

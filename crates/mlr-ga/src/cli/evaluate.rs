@@ -1,0 +1,250 @@
+//! `mlr-ga evaluate`: answers against the truth.
+
+use std::{path::PathBuf, time::Instant};
+
+use clap::Args;
+use mlr_ga::{
+    IdentifySettings, Model, Search,
+    atlas::Atlas,
+    identify,
+    scoring::{LogScore, TotalScore, Truth, read_truths},
+};
+use mlr_imu::{Columns, read_log};
+use mlr_model::LegLayout;
+use serde::Serialize;
+
+use super::{
+    identify::SearchName,
+    model_files::{self, ModelFiles},
+    output,
+    progress::Bar,
+};
+
+/// Version of the JSON output.
+const SCHEMA: &str = "mlr.evaluation/1";
+
+#[derive(Debug, Args)]
+pub(super) struct EvaluateOptions {
+    /// Directories of logs, each with a truth.json that says what was done to the robots.
+    #[arg(required = true, value_name = "DIR")]
+    directories: Vec<PathBuf>,
+    /// How to search the morphologies.
+    #[arg(long, value_enum)]
+    search: Option<SearchName>,
+    /// Walks simulated beforehand by `mlr-ga atlas build`.
+    #[arg(long, value_name = "FILE")]
+    atlas: Option<PathBuf>,
+    /// Makes every run repeatable.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON object instead of tables.
+    #[arg(long)]
+    json: bool,
+    /// Length of the compared stretch [default: 5 s].
+    #[arg(long, value_name = "SECONDS")]
+    window_s: Option<f64>,
+    /// All settings, in TOML.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    model: ModelFiles,
+}
+
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    search: String,
+    directories: Vec<DirectoryReport>,
+    total: TotalScore,
+}
+
+#[derive(Serialize)]
+struct DirectoryReport {
+    directory: PathBuf,
+    logs: Vec<LogScore>,
+    unanswered: Vec<Unanswered>,
+    total: TotalScore,
+}
+
+#[derive(Serialize)]
+struct Unanswered {
+    log: String,
+    reason: String,
+}
+
+pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
+    let mut settings: IdentifySettings =
+        model_files::load(options.config.as_ref(), |text| toml::from_str(text))?
+            .unwrap_or_default();
+    if let Some(window_s) = options.window_s {
+        settings.window_s = window_s;
+    }
+    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let atlas = options
+        .atlas
+        .as_ref()
+        .map(|path| Atlas::open(path, &robot, &gait, &settings))
+        .transpose()?;
+    let model = Model {
+        robot: &robot,
+        gait: &gait,
+        atlas: atlas.as_ref(),
+    };
+    let name = options
+        .search
+        .unwrap_or(SearchName::default_with(atlas.is_some()));
+    let search = name.search(1);
+    let layout = robot.layout();
+    let directories: Vec<(PathBuf, Vec<Truth>)> = options
+        .directories
+        .iter()
+        .map(|directory| Ok((directory.clone(), read_truths(directory, &layout)?)))
+        .collect::<anyhow::Result<_>>()?;
+    let logs: usize = directories.iter().map(|(_, truths)| truths.len()).sum();
+    let bar = Bar::of_logs(logs);
+    let mut reports = Vec::new();
+    for (directory, truths) in directories {
+        let mut scores = Vec::new();
+        let mut unanswered = Vec::new();
+        for truth in truths {
+            match score(&truth, model, &settings, search, options.seed) {
+                Ok(score) => scores.push(score),
+                Err(error) => unanswered.push(Unanswered {
+                    log: truth.name,
+                    reason: format!("{error:#}"),
+                }),
+            }
+            bar.next_log();
+        }
+        reports.push(DirectoryReport {
+            total: TotalScore::new(&scores, unanswered.len(), &gait),
+            directory,
+            logs: scores,
+            unanswered,
+        });
+    }
+    bar.clear();
+    let all: Vec<LogScore> = reports
+        .iter()
+        .flat_map(|report| report.logs.clone())
+        .collect();
+    let unanswered = reports.iter().map(|report| report.unanswered.len()).sum();
+    let report = Report {
+        schema: SCHEMA,
+        search: format!("{name:?}").to_lowercase(),
+        directories: reports,
+        total: TotalScore::new(&all, unanswered, &gait),
+    };
+    let text = if options.json {
+        serde_json::to_string(&report)? + "\n"
+    } else {
+        report.tables(&layout)
+    };
+    Ok(output::result(&text)?)
+}
+
+fn score(
+    truth: &Truth,
+    model: Model<'_>,
+    settings: &IdentifySettings,
+    search: Search,
+    seed: u64,
+) -> anyhow::Result<LogScore> {
+    let started = Instant::now();
+    let recording = read_log(&truth.log, &Columns::default())?;
+    let answer = identify(recording, model, settings, search, seed, &())?;
+    Ok(LogScore::new(
+        truth,
+        &answer,
+        started.elapsed().as_secs_f64(),
+    ))
+}
+
+impl Report {
+    /// Markdown: reads well as it is, and in a document.
+    fn tables(&self, layout: &LegLayout) -> String {
+        let mut text = String::new();
+        for report in &self.directories {
+            text += &report.table(layout);
+        }
+        if self.directories.len() > 1 {
+            text += "All directories:\n\n";
+        }
+        text + &total_table(&self.total)
+    }
+}
+
+impl DirectoryReport {
+    fn table(&self, layout: &LegLayout) -> String {
+        let mut text = format!(
+            "{}\n\n| log | truth | answer | legs | links | sure | listed | time [s] |\n\
+             |:--|:--|:--|:--|:--|--:|--:|--:|\n",
+            self.directory.display()
+        );
+        for score in &self.logs {
+            let [truth, answer] = score.in_words(layout);
+            text += &format!(
+                "| {} | {truth} | {answer} | {} | {} | {:.0} % | {} | {:.1} |\n",
+                score.log,
+                mark(score.legs_right),
+                if score.links_right {
+                    "right"
+                } else if score.covered {
+                    "listed"
+                } else {
+                    "WRONG"
+                },
+                100.0 * score.confidence,
+                score.listed,
+                score.elapsed_s,
+            );
+        }
+        for unanswered in &self.unanswered {
+            text += &format!(
+                "| {} | no answer: {} |\n",
+                unanswered.log, unanswered.reason
+            );
+        }
+        text += "\n";
+        text
+    }
+}
+
+fn total_table(total: &TotalScore) -> String {
+    let mut text = format!(
+        "legs right     {} of {}\nlinks right    {}\ntruth listed   {}\n\
+             listed         {} (median)\nBrier score    {:.4}\n\
+             time           {:.1} s on average, {:.1} s at most\n",
+        total.legs_right,
+        total.answered + total.unanswered,
+        total.links_right,
+        total.covered,
+        total.median_listed,
+        total.brier,
+        total.mean_elapsed_s,
+        total.longest_elapsed_s,
+    );
+    text += "\n| confidence | answers | mean confidence | legs right |\n|:--|--:|--:|--:|\n";
+    for row in &total.calibration {
+        text += &format!(
+            "| {:.0} to {:.0} % | {} | {:.1} % | {:.0} % |\n",
+            100.0 * row.confidence[0],
+            100.0 * row.confidence[1],
+            row.answers,
+            100.0 * row.mean_confidence,
+            100.0 * row.legs_right_share,
+        );
+    }
+    text += "\n| damaged legs per group | answered as | logs | legs right |\n|:--|:--|--:|--:|\n";
+    for row in &total.confusion {
+        text += &format!(
+            "| {} | {} | {} | {} |\n",
+            row.truth, row.answer, row.count, row.legs_right
+        );
+    }
+    text
+}
+
+fn mark(right: bool) -> &'static str {
+    if right { "right" } else { "WRONG" }
+}

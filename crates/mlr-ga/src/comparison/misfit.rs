@@ -1,0 +1,124 @@
+use serde::{Deserialize, Serialize};
+
+use super::Alignment;
+
+/// What is left between measured and simulated walk, roll, pitch, yaw.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Misfit {
+    /// Mean square of each axis.
+    pub mean_square_deg2: [f64; 3],
+    /// Under this alignment.
+    pub alignment: Alignment,
+}
+
+/// How much a misfit says against a candidate.
+///
+/// The errors of a simulated walk are not noise: they come from what the model
+/// lacks, and their size is not known beforehand. With that size unknown, the
+/// likelihood of n independent errors whose mean square is S is proportional to
+/// S^(-n/2). The numbers n were fitted to logs of an independent plant
+/// (`docs/decision.md`): few, because errors repeat with the gait, and fewer for
+/// yaw, which depends on friction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LikelihoodSettings {
+    /// Independent errors of roll, pitch and yaw in five seconds of walking.
+    pub independent_errors: [f64; 3],
+    /// Errors below this size say nothing: sensor noise, and what no model gets
+    /// right.
+    pub floor_deg: f64,
+    /// Standard deviation of the gait clock's error that is thought likely.
+    pub clock_deviation: f64,
+}
+
+impl Default for LikelihoodSettings {
+    fn default() -> Self {
+        Self {
+            independent_errors: [5.0, 5.0, 3.0],
+            floor_deg: 0.15,
+            clock_deviation: 0.035,
+        }
+    }
+}
+
+impl LikelihoodSettings {
+    /// Logarithm of the likelihood, up to a constant.
+    pub fn ln_likelihood(&self, misfit: &Misfit) -> f64 {
+        self.ln_of_errors(misfit.mean_square_deg2) - self.ln_price_of(misfit.alignment)
+    }
+
+    /// An upper bound of the likelihood of a walk, from the misfit of its first
+    /// part, `share` of the whole.
+    pub fn ln_bound(&self, misfit: &Misfit, share: f64) -> f64 {
+        // In the best case nothing is added to the sum of squares.
+        let whole = misfit.mean_square_deg2.map(|s| s * share);
+        self.ln_of_errors(whole)
+    }
+
+    /// Errors that count, over all axes: how fast the likelihood falls with them.
+    pub fn errors(&self) -> f64 {
+        self.independent_errors.iter().sum()
+    }
+
+    fn ln_of_errors(&self, mean_square_deg2: [f64; 3]) -> f64 {
+        let floor = self.floor_deg * self.floor_deg;
+        -0.5 * self
+            .independent_errors
+            .iter()
+            .zip(mean_square_deg2)
+            .map(|(n, s)| n * (s + floor).ln())
+            .sum::<f64>()
+    }
+
+    fn ln_price_of(&self, alignment: Alignment) -> f64 {
+        0.5 * (alignment.clock / self.clock_deviation).powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn misfit(mean_square_deg2: [f64; 3], clock: f64) -> Misfit {
+        Misfit {
+            mean_square_deg2,
+            alignment: Alignment {
+                clock,
+                delay_s: 0.0,
+            },
+        }
+    }
+
+    #[test]
+    fn an_error_weighs_by_its_axis() {
+        let settings = LikelihoodSettings::default();
+        let ln = |s| settings.ln_likelihood(&misfit(s, 0.0));
+        let none = ln([0.1, 0.1, 0.1]);
+        assert!(ln([0.2, 0.1, 0.1]) < none);
+        assert_eq!(ln([0.2, 0.1, 0.1]), ln([0.1, 0.2, 0.1]));
+        assert!(ln([0.2, 0.1, 0.1]) < ln([0.1, 0.1, 0.2]));
+    }
+
+    #[test]
+    fn below_the_floor_errors_hardly_count() {
+        let settings = LikelihoodSettings::default();
+        let ln = |s| settings.ln_likelihood(&misfit([s; 3], 0.0));
+        assert!(ln(0.0) - ln(0.001) < 0.5);
+        assert!(ln(0.1) - ln(0.4) > 5.0);
+    }
+
+    #[test]
+    fn a_clock_far_off_has_its_price() {
+        let settings = LikelihoodSettings::default();
+        let ln = |clock| settings.ln_likelihood(&misfit([0.1; 3], clock));
+        assert!((ln(0.0) - ln(0.07) - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_bound_is_one() {
+        let settings = LikelihoodSettings::default();
+        let part = misfit([0.4, 0.3, 0.2], 0.02);
+        let whole = misfit([0.2, 0.15, 0.1], 0.02);
+        assert!(settings.ln_bound(&part, 0.5) >= settings.ln_likelihood(&whole));
+    }
+}

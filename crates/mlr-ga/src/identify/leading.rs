@@ -1,0 +1,199 @@
+use std::collections::BTreeMap;
+
+use mlr_model::Morphology;
+use rayon::prelude::*;
+
+use super::IdentifySettings;
+use crate::{
+    Evaluations, Progress, WalkObjective, evaluation::CaseFit, objective::Fit, walks::Case,
+};
+
+/// A candidate less probable than the best by this factor, in nats, plays no part.
+pub(super) const HOPELESS: f64 = 12.0;
+/// After each round of variations, candidates this far behind are dropped.
+const BEHIND: f64 = 8.0;
+/// Variations that are tried between two looks at who still leads.
+const ROUND: usize = 4;
+
+/// What is known of a candidate under the variations that it was tried in.
+#[derive(Debug, Clone)]
+pub(super) struct Weighed {
+    /// The cases that were worth comparing.
+    pub(super) fits: Vec<CaseFit>,
+    /// How many were tried.
+    tried: usize,
+    /// Logarithm of likelihood times prior, up to a constant.
+    pub(super) ln_weight: f64,
+}
+
+/// Candidates whose kin is evaluated.
+const WITH_KIN: usize = 8;
+/// Kin that is worth evaluating: three legs of three links.
+const MOST_KIN: usize = 27;
+
+/// Evaluates what the leading candidates may be mistaken for: which links of a
+/// damaged leg are gone often leaves no trace, and a search that stops at the first
+/// of equals would be too sure of it.
+pub(super) fn evaluate_kin(objective: &WalkObjective<'_>, evaluations: &mut Evaluations<'_>) {
+    let leading: Vec<Morphology> = evaluations
+        .ranking()
+        .into_iter()
+        .take(WITH_KIN)
+        .map(|(morphology, _)| morphology.clone())
+        .collect();
+    let kin: Vec<Morphology> = leading
+        .iter()
+        .flat_map(kin_of)
+        .filter(|kin| !evaluations.contains(kin))
+        .collect();
+    let best_deg = evaluations
+        .best()
+        .map_or(f64::INFINITY, |(_, best)| best.cost_deg);
+    let margin = objective.cost_of_ln_weight(-HOPELESS);
+    evaluations.progress().expect_more(kin.len());
+    evaluations.evaluate_within(&kin, best_deg * margin);
+}
+
+/// All morphologies with the same damaged legs, unless there are too many.
+fn kin_of(morphology: &Morphology) -> Vec<Morphology> {
+    let damaged = morphology.damaged_legs();
+    let count: usize = damaged
+        .iter()
+        .map(|leg| morphology.links(leg - 1))
+        .product();
+    if count > MOST_KIN {
+        return Vec::new();
+    }
+    damaged.iter().fold(vec![morphology.clone()], |kin, &leg| {
+        kin.iter()
+            .flat_map(|one| {
+                (0..one.links(leg - 1))
+                    .map(|remaining| one.clone().with_remaining(leg - 1, remaining))
+            })
+            .collect()
+    })
+}
+
+/// Tries the leading candidates under variations of the model: a robot differs from
+/// its description, and with it what is lost may look otherwise.
+///
+/// A candidate's likelihood is the mean over all variations. Returns every candidate
+/// that is not hopeless.
+pub(super) fn weigh(
+    objective: &WalkObjective<'_>,
+    evaluations: &Evaluations<'_>,
+    settings: &IdentifySettings,
+    progress: &dyn Progress,
+) -> BTreeMap<Morphology, Weighed> {
+    let mut all = hopeful(objective, evaluations);
+    let mut leaders: Vec<Morphology> = ranked(&all)
+        .into_iter()
+        .take(settings.leaders)
+        .cloned()
+        .collect();
+    let variations: Vec<usize> = (1..settings.variations.len()).collect();
+    for round in variations.chunks(ROUND) {
+        let best = best_of(&all);
+        let jobs: Vec<(&Morphology, Case)> = leaders
+            .iter()
+            .flat_map(|leader| {
+                let lost_links = objective.lost_links(leader);
+                round.iter().flat_map(move |&variation| {
+                    lost_links.iter().map(move |&lost_links| {
+                        let case = Case {
+                            lost_links,
+                            variation,
+                        };
+                        (leader, case)
+                    })
+                })
+            })
+            .collect();
+        progress.expect_more(jobs.len());
+        let fits: Vec<Fit> = jobs
+            .par_iter()
+            .map(|(leader, case)| {
+                let least = best - HOPELESS - objective.ln_prior(leader);
+                let fit = objective.fit(leader, *case, least);
+                progress.advance();
+                fit
+            })
+            .collect();
+        for ((leader, _), fit) in jobs.iter().zip(fits) {
+            let Some(weighed) = all.get_mut(*leader).filter(|_| fit != Fit::Unknown) else {
+                continue;
+            };
+            weighed.tried += 1;
+            if let Fit::Fits(fit) = fit {
+                weighed.fits.push(fit);
+            }
+        }
+        for leader in &leaders {
+            if let Some(weighed) = all.get_mut(leader) {
+                weighed.ln_weight = objective.ln_weight(leader, &weighed.fits, weighed.tried);
+            }
+        }
+        let best = best_of(&all);
+        leaders.retain(|leader| {
+            all.get(leader)
+                .is_some_and(|weighed| weighed.ln_weight > best - BEHIND)
+        });
+    }
+    all
+}
+
+/// The candidates that the nominal model leaves some hope for.
+fn hopeful(
+    objective: &WalkObjective<'_>,
+    evaluations: &Evaluations<'_>,
+) -> BTreeMap<Morphology, Weighed> {
+    let mut all = BTreeMap::new();
+    for (morphology, evaluation) in evaluations.ranking() {
+        let ln_weight = objective.ln_weight_of_cost(evaluation.cost_deg);
+        if ln_weight.is_finite() {
+            let weighed = Weighed {
+                fits: evaluation.fits.clone(),
+                tried: objective.lost_links(morphology).len(),
+                ln_weight,
+            };
+            all.insert(morphology.clone(), weighed);
+        }
+    }
+    all
+}
+
+fn best_of(all: &BTreeMap<Morphology, Weighed>) -> f64 {
+    all.values()
+        .map(|weighed| weighed.ln_weight)
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn ranked(all: &BTreeMap<Morphology, Weighed>) -> Vec<&Morphology> {
+    let mut ranked: Vec<_> = all.iter().collect();
+    ranked.sort_by(|(a, x), (b, y)| y.ln_weight.total_cmp(&x.ln_weight).then_with(|| b.cmp(a)));
+    ranked
+        .into_iter()
+        .map(|(morphology, _)| morphology)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::LegLayout;
+
+    use super::*;
+
+    #[test]
+    fn kin_has_the_same_legs_damaged() {
+        let layout = LegLayout::new([3; 6]).unwrap();
+        let morphology = Morphology::parse("110 111 111 000 111 111", &layout).unwrap();
+        let kin = kin_of(&morphology);
+        assert_eq!(kin.len(), 9);
+        assert!(kin.contains(&morphology));
+        assert!(kin.iter().all(|one| one.damaged_legs() == [1, 4]));
+        let healthy = Morphology::healthy(&layout);
+        assert_eq!(kin_of(&healthy), [healthy]);
+        let wreck = Morphology::parse("000 000 000 000 111 111", &layout).unwrap();
+        assert!(kin_of(&wreck).is_empty());
+    }
+}

@@ -1,0 +1,107 @@
+//! The paper's cost of single candidates, for the report.
+
+use mlr_filter::{Conditioned, FilterSettings, FourierFilter, SamplingLimits, Window};
+use mlr_model::{
+    Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator,
+};
+
+use crate::{IdentifySettings, MeasuredWalk, comparison::ComparableWalk, orientation_error_rad};
+
+/// Simulates a candidate on the nominal model, filters its orientation and compares
+/// it with the filtered measurement by F.
+#[derive(Debug)]
+pub struct PaperCost {
+    measured: Conditioned,
+    /// Gait times at which the measured window may have begun. The candidate is
+    /// compared from each, and the best counts.
+    gait_times_s: Vec<f64>,
+    simulators: Vec<Simulator>,
+    filter: FilterSettings,
+    window_s: f64,
+}
+
+/// How finely an unknown phase of the gait is tried.
+const PHASE_STEP_S: f64 = 0.020;
+
+impl PaperCost {
+    /// F for the `measured` walk of the same settings.
+    ///
+    /// # Errors
+    /// [`ModelError`] when robot, gait and settings do not fit.
+    pub fn new(
+        measured: &MeasuredWalk,
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+    ) -> Result<Self, ModelError> {
+        let gait_times_s = gait_times_s(measured);
+        let last_s = gait_times_s.iter().copied().fold(0.0, f64::max);
+        let simulators = settings
+            .lost_links
+            .cases()
+            .iter()
+            .map(|&lost_links| {
+                let simulation = SimulationSettings {
+                    duration_s: last_s + settings.window_s,
+                    stand_s: 0.0,
+                    lost_links,
+                    ..settings.simulation.clone()
+                };
+                Simulator::new(robot.clone(), gait, simulation)
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            measured: measured.conditioned().clone(),
+            gait_times_s,
+            simulators,
+            filter: settings.filter,
+            window_s: settings.window_s,
+        })
+    }
+
+    /// The simulated walk of a candidate after the filter, from the gait time
+    /// that fits best on, and its cost. `None` when it diverged, or when
+    /// `lost_links` is no case of the hypothesis.
+    pub fn of(&self, candidate: &Morphology, lost_links: LostLinks) -> Option<(Conditioned, f64)> {
+        let simulator = self
+            .simulators
+            .iter()
+            .find(|simulator| simulator.settings().lost_links == lost_links)?;
+        let Outcome::Walked(trajectory) = simulator.simulate(candidate) else {
+            return None;
+        };
+        let mut filter = FourierFilter::new(self.filter, self.window_s)
+            .expect("the measured walk went through a filter of the same settings");
+        self.gait_times_s
+            .iter()
+            .map(|&start_s| {
+                let window = Window {
+                    start_s,
+                    duration_s: self.window_s,
+                };
+                let even = window
+                    .cut(&trajectory.orientation, &SamplingLimits::default())
+                    .expect("a simulated walk covers its windows at more than the lowest rate");
+                let simulated = filter.condition(&even);
+                let cost_rad = orientation_error_rad(&self.measured, &simulated);
+                (simulated, cost_rad)
+            })
+            .min_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+}
+
+/// A walk that begins with the window has one gait time; in mid-walk the whole
+/// range of possible begins is tried.
+fn gait_times_s(measured: &MeasuredWalk) -> Vec<f64> {
+    let stretch = measured.stretch();
+    let time_s = |sample: usize| sample as f64 / ComparableWalk::RATE_HZ + stretch.later_s;
+    match (stretch.begins.first(), stretch.begins.last()) {
+        (Some(&first), Some(&last)) => {
+            let steps = ((time_s(last) - time_s(first)) / PHASE_STEP_S).round() as u32;
+            (0..=steps)
+                .map(|step| time_s(first) + f64::from(step) * PHASE_STEP_S)
+                .collect()
+        }
+        _ => vec![0.0],
+    }
+}

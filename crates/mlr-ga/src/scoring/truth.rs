@@ -1,0 +1,98 @@
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use mlr_model::{LegLayout, Morphology};
+use serde::Deserialize;
+use thiserror::Error;
+
+/// What was done to the robot that made a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// Name of the log, without `.csv` or `.csv.gz`.
+    pub name: String,
+    /// The log.
+    pub log: PathBuf,
+    /// What was left of the robot.
+    pub morphology: Morphology,
+}
+
+/// A `truth.json` that cannot be used.
+#[derive(Debug, Error)]
+#[error("{}: {problem}", path.display())]
+pub struct TruthError {
+    /// The file, or the log it speaks of.
+    pub path: PathBuf,
+    /// What is wrong.
+    pub problem: String,
+}
+
+#[derive(Deserialize)]
+struct Entry {
+    morphology: Vec<Vec<u8>>,
+}
+
+/// Name of the file that says what was done to the robot of each log.
+const FILE: &str = "truth.json";
+
+/// Reads a directory's `truth.json`: one object per log, with at least its
+/// `morphology`.
+///
+/// # Errors
+/// [`TruthError`] names the file and the entry at fault.
+pub fn read_truths(directory: &Path, layout: &LegLayout) -> Result<Vec<Truth>, TruthError> {
+    let path = directory.join(FILE);
+    let fail = |problem: String| TruthError {
+        path: path.clone(),
+        problem,
+    };
+    let text = fs::read_to_string(&path).map_err(|error| fail(error.to_string()))?;
+    let entries: BTreeMap<String, Entry> =
+        serde_json::from_str(&text).map_err(|error| fail(error.to_string()))?;
+    entries
+        .into_iter()
+        .map(|(name, entry)| {
+            let log = [".csv.gz", ".csv"]
+                .map(|suffix| directory.join(format!("{name}{suffix}")))
+                .into_iter()
+                .find(|log| log.exists())
+                .ok_or_else(|| fail(format!("{name}: there is no log of this name")))?;
+            let existence: Vec<bool> = entry.morphology.iter().flatten().map(|&x| x != 0).collect();
+            let morphology = Morphology::from_existence(layout, &existence)
+                .map_err(|error| fail(format!("{name}: morphology: {error}")))?;
+            Ok(Truth {
+                name,
+                log,
+                morphology,
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let layout = LegLayout::new([1, 1]).unwrap();
+        let read = |text: &str| {
+            fs::write(folder.path().join(FILE), text).unwrap();
+            read_truths(folder.path(), &layout)
+        };
+        fs::write(folder.path().join("a.csv"), "").unwrap();
+        let truths = read(r#"{"a": {"morphology": [[1], [0]], "locked": true}}"#).unwrap();
+        assert_eq!(truths[0].morphology.damaged_legs(), [2]);
+        for (text, told) in [
+            (r#"{"b": {"morphology": [[1], [0]]}}"#, "b: there is no log"),
+            (r#"{"a": {"morphology": [[1]]}}"#, "a: morphology"),
+            (r#"{"a": {}}"#, "morphology"),
+        ] {
+            let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(told) && error.contains(FILE), "{error}");
+        }
+    }
+}

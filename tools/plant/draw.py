@@ -1,0 +1,183 @@
+"""Draws sets of IMU logs of damaged robots that walk, with the truth beside them.
+
+    python tools/plant/draw.py SET --seed N --count M -o DIR
+
+SET is one of the functions in `SETS`; see README.md.
+"""
+
+import argparse
+import gzip
+import io
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+import effects
+from robot import LEGS, LINKS
+from settings import draw_plant
+from walk import record
+
+HEADER = "t_s,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps,roll_rad,pitch_rad,yaw_rad"
+FORMAT = ["%.5f"] + ["%.3f"] * 3 + ["%.4f"] * 3 + ["%.5f"] * 3
+
+
+def without(legs, left=0):
+    """Links left on each leg when `legs` (numbered from 1) keep only `left` of theirs."""
+    return [left if leg + 1 in legs else LINKS for leg in range(LEGS)]
+
+
+def some_legs(rng, number):
+    return sorted(int(leg) + 1 for leg in rng.choice(LEGS, number, replace=False))
+
+
+def any_damage(rng, healthy=0.10):
+    """Unknown damage: whole legs mostly, or the last links of one or two legs."""
+    kind = rng.choice(5, p=[healthy, 0.40 - healthy, 0.35, 0.10, 0.15])
+    if kind < 4:
+        return without(some_legs(rng, kind))
+    intact = without([])
+    for leg in some_legs(rng, rng.integers(1, 3)):
+        intact[leg - 1] = int(rng.integers(1, 3))
+    return intact
+
+
+def robot_with(rng, intact):
+    plant = draw_plant(rng, intact)
+    plant.locked = bool(any(links < LINKS for links in intact) and rng.random() < 0.5)
+    return plant
+
+
+def paper(rng, index):
+    """The paper's eight scenarios on even ground."""
+    scenarios = [
+        without([3]), without([5]), without([1, 4]), without([3, 4]), without([3, 4], 1), without([3, 4], 2),
+        without([4, 5]), without([2, 3]),
+    ]
+    intact = scenarios[index % len(scenarios)]
+    return intact, robot_with(rng, intact), []
+
+
+def legs(rng, index):
+    """Healthy, every leg, some pairs, every leg without its last one or two links."""
+    each = range(1, LEGS + 1)
+    cases = [without([])] + [without([leg]) for leg in each] + [without(some_legs(rng, 2)) for _ in each]
+    cases += [without([leg], 1) for leg in each] + [without([leg], 2) for leg in each]
+    intact = cases[index % len(cases)]
+    return intact, robot_with(rng, intact), []
+
+
+def harsh(rng, index):
+    """Any damage on a slope of 7° covered with bumps of about 1 cm."""
+    intact = any_damage(rng, healthy=0.0)
+    plant = robot_with(rng, intact)
+    return intact, plant, [
+        effects.apply(plant, "slope", effects.slope(rng, 7.0, 7.0)),
+        effects.apply(plant, "rubble", effects.rubble(rng, 0.008, 0.012)),
+    ]
+
+
+def slow(rng, index):
+    """Any damage, slow and soft servos, and a gait clock that is up to 7 % off."""
+    intact = any_damage(rng, healthy=0.0)
+    plant = robot_with(rng, intact)
+    plant.kp, plant.latency = rng.uniform(14.0, 20.0), rng.uniform(0.030, 0.050)
+    return intact, plant, [effects.apply(plant, "gait_period", {"scale": rng.uniform(0.93, 1.07)})]
+
+
+def wild(rng, index):
+    """Any damage and wide ranges of everything; a third each: slope, payload, tilted IMU."""
+    intact = any_damage(rng)
+    plant = robot_with(rng, intact)
+    plant.kp, plant.kd = rng.uniform(14.0, 45.0), rng.uniform(0.35, 0.90)
+    plant.mu, plant.latency = rng.uniform(0.35, 1.0), rng.uniform(0.0, 0.050)
+    plant.period_scale = rng.uniform(0.97, 1.03)
+    found = []
+    for kind, parameters in (
+        ("slope", effects.slope(rng, 0.0, 7.0)),
+        ("payload", effects.payload(rng, 0.0, 0.4)),
+        ("imu_misalignment", effects.misalignment(rng, 0.0, 2.0)),
+    ):
+        if rng.random() < 1.0 / 3.0:
+            found.append(effects.apply(plant, kind, parameters))
+    return intact, plant, found
+
+
+def undeclared(rng, index):
+    """One effect a log, in turn, weak and strong, on healthy and damaged robots; some with two.
+
+    A round is every kind once, then a healthy and a damaged robot without effect.
+    """
+    kinds = list(effects.LIBRARY) + ["none, healthy", "none, damaged"]
+    lap, kind = divmod(index, len(kinds))
+    kind, strong = kinds[kind], bool((kind + lap) % 2)
+    damaged = kind in ("locked_links", "none, damaged") or (kind != "none, healthy" and rng.random() < 0.5)
+    intact = any_damage(rng, healthy=0.0) if damaged else without([])
+    plant = robot_with(rng, intact)
+    if kind.startswith("none"):
+        return intact, plant, []
+    found = [effects.apply(plant, kind, effects.draw(rng, kind, strong, intact))]
+    if rng.random() < 0.15:
+        others = [k for k in effects.LIBRARY if k not in (kind, "locked_links", *effects.OUTSIDE)]
+        second = str(rng.choice(others))
+        found.append(effects.apply(plant, second, effects.draw(rng, second, bool(rng.random() < 0.5), intact)))
+    return intact, plant, found
+
+
+def detect(rng, index):
+    """A healthy robot that stands for 6 s, walks for 13 s, locks one or two legs and walks on."""
+    intact = without(some_legs(rng, rng.integers(1, 3)))
+    plant = robot_with(rng, intact)
+    plant.locked, plant.start, plant.damage_s, plant.walk_s = True, 6.0, 19.0, 26.0
+    return intact, plant, []
+
+
+SETS = {
+    "paper": paper, "legs": legs, "harsh": harsh, "slow": slow, "wild": wild, "effects": undeclared, "detect": detect,
+}
+
+
+def truth(intact, plant, found, walk):
+    entry = {
+        "morphology": [[int(link < links) for link in range(LINKS)] for links in intact],
+        "locked": plant.locked,
+        "motion_start_s": plant.start,
+        "rows": len(walk.columns),
+        "effect": found[0] if found else None,
+        "effects": found,
+        "lost_contact_steps": walk.lost_contacts,
+        "plant": plant.to_json(),
+    }
+    return entry | ({"start_s": plant.start, "damage_s": plant.damage_s} if plant.damage_s > 0.0 else {})
+
+
+def write(path, columns):
+    """Without a time stamp in the archive: the same data are the same bytes."""
+    text = io.StringIO()
+    np.savetxt(text, columns, fmt=FORMAT, delimiter=",", header=HEADER, comments="")
+    path.write_bytes(gzip.compress(text.getvalue().encode(), 6, mtime=0))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("set", choices=SETS)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--count", type=int, required=True)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    args = parser.parse_args()
+    args.output.mkdir(parents=True, exist_ok=True)
+    truths, began = {}, time.monotonic()
+    for index in range(args.count):
+        rng = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
+        intact, plant, found = SETS[args.set](rng, index)
+        walk = record(plant, intact, rng)
+        name = f"{args.set}-{index:03}"
+        write(args.output / f"{name}.csv.gz", walk.columns)
+        truths[name] = truth(intact, plant, found, walk)
+        (args.output / "truth.json").write_text(json.dumps(truths, indent=1) + "\n")
+    print(f"{args.count} logs in {time.monotonic() - began:.1f} s")
+
+
+if __name__ == "__main__":
+    main()
