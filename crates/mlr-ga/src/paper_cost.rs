@@ -42,7 +42,7 @@ impl PaperCost {
             .iter()
             .map(|&lost_links| {
                 let simulation = SimulationSettings {
-                    duration_s: last_s + settings.window_s,
+                    duration_s: last_s + measured.window().duration_s,
                     stand_s: 0.0,
                     lost_links,
                     ..settings.simulation.clone()
@@ -55,7 +55,7 @@ impl PaperCost {
             gait_times_s,
             simulators,
             filter: settings.filter,
-            window_s: settings.window_s,
+            window_s: measured.window().duration_s,
         })
     }
 

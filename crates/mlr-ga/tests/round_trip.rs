@@ -7,8 +7,7 @@ use program::Folder;
 use serde_json::Value;
 
 /// A genetic algorithm that takes a second or two.
-const QUICK: &str =
-    "window_s = 3.0\nlost_links = \"absent\"\n[genetic]\nislands = 1\ngenerations = 4\n";
+const QUICK: &str = "window_s = 3.0\nlost_links = \"absent\"\nvariations = [{}]\n[genetic]\nislands = 1\ngenerations = 4\n";
 
 fn identified(folder: &Folder, log: &str, more: &[&str]) -> Value {
     let config = folder.write("quick.toml", QUICK);
@@ -41,11 +40,21 @@ fn the_model_finds_its_own_damage() {
     ] {
         let log = simulated(&folder, name, &["--legs-lost", legs]);
         let answer = identified(&folder, &log, &[]);
-        assert_eq!(answer["damaged_legs"], Value::from(expected), "{name}");
+        let expected_legs: Vec<u64> = expected;
+        assert_eq!(
+            answer["damaged_legs"],
+            Value::from(expected_legs.clone()),
+            "{name}"
+        );
         assert_eq!(answer["schema"], "mlr.identification/1");
         let start_s = answer["motion_start_s"].as_f64().unwrap();
         assert!((start_s - 2.0).abs() < 0.06, "{name} starts at {start_s}");
         assert!(answer["mean_error_deg"].as_f64().unwrap() < 0.7);
+        for (leg, probability) in (1..).zip(answer["leg_damage_probability"].as_array().unwrap()) {
+            let wrong =
+                f64::from(u8::from(expected_legs.contains(&leg))) - probability.as_f64().unwrap();
+            assert!(wrong.abs() < 0.1, "{name}: leg {leg}: {probability}");
+        }
     }
 }
 

@@ -1,7 +1,10 @@
 //! How long an average candidate takes to simulate on one core: prints the mean over
 //! morphologies given on the command line as remaining links per leg, as in
 //! `330333`. `tools/bench/mujoco_speed.py` runs it side by side with MuJoCo.
-#![allow(clippy::print_stdout, reason = "the figure is what this program is for")]
+#![allow(
+    clippy::print_stdout,
+    reason = "the figure is what this program is for"
+)]
 
 use std::time::Instant;
 

@@ -56,7 +56,7 @@ pub fn build(
             _ => Path::new("."),
         };
         // Made first: a folder that cannot be written is better known before the work.
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        let mut file = new_file_in(folder)?;
         let (header, samples) = simulate_all(robot, gait, settings, plan, progress)?;
         file::write(&mut file, &header, &samples)?;
         file.flush()?;
@@ -69,6 +69,16 @@ pub fn build(
         path: path.into(),
         problem,
     })
+}
+
+/// A file that others may read as far as the user's umask lets them, like any new
+/// file (a temporary file's own default is private).
+fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    #[cfg_attr(not(unix), allow(unused_mut, reason = "only Unix has modes"))]
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
 }
 
 fn already_exists() -> AtlasProblem {

@@ -23,7 +23,7 @@ pub(super) struct IdentifyOptions {
     /// How to search the morphologies [default: atlas where there is one, else ga].
     #[arg(long, value_enum)]
     search: Option<SearchName>,
-    /// Run the genetic algorithm N times and report the most frequent result.
+    /// Run the genetic algorithm N times, and report how often it found which morphology.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     repeats: u64,
     /// Makes every run repeatable.
@@ -209,12 +209,12 @@ fn table(report: &IdentificationReport) -> String {
     table.line(
         "search",
         format!(
-            "{} morphologies simulated in {:.1} s ({})",
+            "{} morphologies in {:.1} s ({})",
             answer.evaluations,
             report.elapsed_s,
             match report.search {
                 SearchMethod::Ga => "genetic algorithm",
-                SearchMethod::Exact => "all that are feasible",
+                SearchMethod::Exact => "all that are feasible, simulated",
                 SearchMethod::Atlas => "all that are feasible, from the atlas",
             }
         ),
@@ -234,8 +234,12 @@ fn table(report: &IdentificationReport) -> String {
         }),
     );
     table.line(
-        "not told apart",
-        format!("{} other morphologies", answer.indistinguishable.len()),
+        "alike",
+        match answer.indistinguishable.len() {
+            0 => "no other morphology".to_string(),
+            1 => "1 other morphology".into(),
+            more => format!("{more} other morphologies"),
+        },
     );
     table.lines(
         "next best",

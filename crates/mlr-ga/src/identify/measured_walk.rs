@@ -130,10 +130,13 @@ impl MeasuredWalk {
         };
         let window = Window {
             start_s: start_of_window_s,
-            duration_s: settings.window_s,
+            duration_s: match phase {
+                GaitPhase::Start => settings.window_s,
+                _ => what_is_left_s(&recording, start_of_window_s, settings.window_s),
+            },
         };
         let cut = window.cut(&recording, &settings.sampling)?;
-        let conditioned = FourierFilter::new(settings.filter, settings.window_s)?.condition(&cut);
+        let conditioned = FourierFilter::new(settings.filter, window.duration_s)?.condition(&cut);
         let stretch = Stretch::new(&recording, window, phase, gait);
         Ok(Self {
             recording,
@@ -180,6 +183,12 @@ impl MeasuredWalk {
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
+}
+
+/// Damage that strikes late leaves less than a whole window: half of one will do.
+fn what_is_left_s(recording: &OrientationSeries, from_s: f64, window_s: f64) -> f64 {
+    let end_s = recording.times_s().last().copied().unwrap_or(from_s);
+    (end_s - from_s).clamp(window_s / 2.0, window_s)
 }
 
 /// Where to compare when a healthy robot was damaged while it walked: from the

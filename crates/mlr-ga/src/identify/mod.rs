@@ -138,7 +138,7 @@ pub fn identify(
             .stood_before
             .then_some(measured.start().start_s),
         window_start_s: measured.window().start_s,
-        window_s: settings.window_s,
+        window_s: measured.window().duration_s,
         evaluations: evaluations.len(),
         diverged: evaluations.diverged(),
         cost_per_generation: found.cost_per_generation,

@@ -68,7 +68,7 @@ impl Default for IdentifySettings {
             prior: DamagePrior::default(),
             variations: usual_variations(),
             leaders: 48,
-            credible_share: 0.97,
+            credible_share: 0.99,
             simulation: SimulationSettings::default(),
         }
     }

@@ -1,0 +1,161 @@
+//! The atlas, through the program: a quadruped's, which is small.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod program;
+
+use std::fs;
+
+use program::Folder;
+use serde_json::Value;
+
+const QUADRUPED: &str = include_str!("../../mlr-model/tests/quadruped.toml");
+
+const CRAWL: &str = r#"
+name = "crawl"
+period_s = 1.0
+ramp_s = 1.0
+stride_m = 0.04
+lift_m = 0.02
+body_height_m = 0.16
+swing_fraction = 0.25
+phase_offsets = [0.0, 0.5, 0.25, 0.75]
+"#;
+
+/// A quadruped, its gait, an atlas of both under two variations of the model, and a
+/// log of the robot without its first leg.
+struct Scene {
+    folder: Folder,
+    robot: String,
+    gait: String,
+    config: String,
+    atlas: String,
+    log: String,
+}
+
+impl Scene {
+    fn new() -> Self {
+        let folder = Folder::new();
+        let robot = folder.write("robot.toml", QUADRUPED);
+        let gait = folder.write("gait.toml", CRAWL);
+        let config = folder.write("config.toml", "variations = [{}, { friction = 0.7 }]\n");
+        let atlas = folder.path("crawl.atlas");
+        let log = folder.path("log.csv");
+        let scene = Self {
+            folder,
+            robot,
+            gait,
+            config,
+            atlas,
+            log,
+        };
+        let said =
+            scene
+                .folder
+                .succeeds(&scene.with_files(&["atlas", "build", "-o", &scene.atlas]));
+        assert!(said.contains("MB"), "{said}");
+        let model = ["--robot", &scene.robot, "--gait", &scene.gait];
+        let mut simulate = vec![
+            "simulate",
+            "--legs-lost",
+            "1",
+            "--walk-s",
+            "6",
+            "-o",
+            &scene.log,
+        ];
+        simulate.extend(model);
+        scene.folder.succeeds(&simulate);
+        scene
+    }
+
+    fn with_files<'a>(&'a self, arguments: &[&'a str]) -> Vec<&'a str> {
+        let mut all = arguments.to_vec();
+        all.extend([
+            "--robot",
+            &self.robot,
+            "--gait",
+            &self.gait,
+            "--config",
+            &self.config,
+        ]);
+        all
+    }
+
+    fn identify<'a>(&'a self, more: &[&'a str]) -> Vec<&'a str> {
+        let mut arguments = self.with_files(&["identify", &self.log, "--json"]);
+        arguments.extend(more);
+        arguments
+    }
+}
+
+#[test]
+fn answers_as_the_exact_search_and_is_refused_when_it_does_not_fit() {
+    let scene = Scene::new();
+    let answer = |more: &[&str]| -> Value {
+        serde_json::from_str(&scene.folder.succeeds(&scene.identify(more))).unwrap()
+    };
+    let exact = answer(&["--search", "exact"]);
+    let instant = answer(&["--atlas", &scene.atlas]);
+    assert_eq!(instant["search"], "atlas");
+    assert_eq!(exact["damaged_legs"], Value::from(vec![1]));
+    assert_eq!(instant["morphology"], exact["morphology"]);
+    let probabilities = |answer: &Value| -> Vec<f64> {
+        let legs = answer["leg_damage_probability"].as_array().unwrap();
+        legs.iter().map(|p| p.as_f64().unwrap()).collect()
+    };
+    for (ours, theirs) in probabilities(&instant).iter().zip(probabilities(&exact)) {
+        assert!((ours - theirs).abs() < 0.01, "{instant} {exact}");
+    }
+    let genetic = answer(&["--atlas", &scene.atlas, "--search", "ga"]);
+    assert_eq!(genetic["morphology"], exact["morphology"]);
+
+    let refused = |arguments: &[&str], told: &[&str]| {
+        scene.folder.fails(&scene.identify(arguments), 2, told);
+    };
+    refused(&["--search", "atlas"], &["no atlas"]);
+    let build = scene.with_files(&["atlas", "build", "-o", &scene.atlas]);
+    scene
+        .folder
+        .fails(&build, 2, &["crawl.atlas", "not overwritten"]);
+
+    let slower = CRAWL.replace("period_s = 1.0", "period_s = 1.2");
+    fs::write(&scene.gait, slower).unwrap();
+    refused(&["--atlas", &scene.atlas], &["stale", "gait"]);
+    fs::write(&scene.gait, CRAWL).unwrap();
+    fs::write(&scene.robot, QUADRUPED.replace("mass_kg = ", "mass_kg = 1")).unwrap();
+    refused(&["--atlas", &scene.atlas], &["stale", "robot"]);
+    fs::write(&scene.robot, QUADRUPED).unwrap();
+
+    let whole = fs::read(&scene.atlas).unwrap();
+    let mut damaged = whole.clone();
+    let middle = whole.len() / 2;
+    damaged[middle] ^= 1;
+    fs::write(&scene.atlas, &damaged).unwrap();
+    refused(&["--atlas", &scene.atlas], &["check sum"]);
+    fs::write(&scene.atlas, &whole[..middle]).unwrap();
+    refused(&["--atlas", &scene.atlas], &["crawl.atlas"]);
+    fs::write(&scene.atlas, "t_s,roll_rad\n").unwrap();
+    refused(&["--atlas", &scene.atlas], &["is no atlas"]);
+}
+
+#[test]
+fn answers_are_scored_against_the_truth() {
+    let scene = Scene::new();
+    fs::write(
+        scene.folder.path("truth.json"),
+        r#"{"log": {"morphology": [[0,0],[1,1],[1,1,1],[1,1,1]]}}"#,
+    )
+    .unwrap();
+    let directory = scene.folder.path("");
+    let mut arguments = scene.with_files(&["evaluate", &directory, "--atlas", &scene.atlas]);
+    let table = scene.folder.succeeds(&arguments);
+    assert!(table.contains("legs right     1 of 1"), "{table}");
+    arguments.push("--json");
+    let report: Value = serde_json::from_str(&scene.folder.succeeds(&arguments)).unwrap();
+    assert_eq!(report["schema"], "mlr.evaluation/1");
+    assert_eq!(report["total"]["legs_right"], 1);
+    assert_eq!(
+        report["directories"][0]["logs"][0]["true_damaged_legs"],
+        Value::from(vec![1])
+    );
+}
