@@ -187,7 +187,7 @@ const AXES: usize = 3;
 const DIVERGED: i16 = i16::MIN;
 
 impl WalkSource for Atlas {
-    fn walk(&self, candidate: &Morphology, case: Case, _: &mut Look<'_>) -> Walked {
+    fn walk(&self, candidate: &Morphology, case: Case, look: &mut Look<'_>) -> Walked {
         let Some(samples) = self.find(candidate, case) else {
             return Walked::Unknown;
         };
@@ -200,11 +200,16 @@ impl WalkSource for Atlas {
                 .collect::<Vec<f32>>()
         });
         let mut next = || axes.next().unwrap_or_default();
-        Walked::Whole(ComparableWalk::from_samples(Axes {
+        let walk = ComparableWalk::from_samples(Axes {
             roll: next(),
             pitch: next(),
             yaw: next(),
-        }))
+        });
+        // One look at the beginning saves comparing most walks as a whole.
+        if look(&walk).is_break() {
+            return Walked::Stopped;
+        }
+        Walked::Whole(walk)
     }
 }
 
