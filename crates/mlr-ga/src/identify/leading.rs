@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use mlr_model::Morphology;
+use mlr_model::{LegLayout, Morphology};
 use rayon::prelude::*;
 
 use super::IdentifySettings;
@@ -26,32 +26,71 @@ pub(super) struct Weighed {
     pub(super) ln_weight: f64,
 }
 
+/// Damage to so few legs is tried in any case, unless there are too many ways.
+const LIKELY_LEGS: usize = 2;
+const MOST_LIKELY: usize = 512;
 /// Candidates whose kin is evaluated.
 const WITH_KIN: usize = 8;
 /// Kin that is worth evaluating: three legs of three links.
 const MOST_KIN: usize = 27;
 
-/// Evaluates what the leading candidates may be mistaken for: which links of a
-/// damaged leg are gone often leaves no trace, and a search that stops at the first
-/// of equals would be too sure of it.
-pub(super) fn evaluate_kin(objective: &WalkObjective<'_>, evaluations: &mut Evaluations<'_>) {
-    let leading: Vec<Morphology> = evaluations
+/// Evaluates what a search may have left out and no answer should: damage to few
+/// legs, which is likely before any log is seen; and what the leading candidates may
+/// be mistaken for, because which links of a damaged leg are gone often leaves no
+/// trace, and a search that stops at the first of equals would be too sure of it.
+pub(super) fn complete(
+    layout: &LegLayout,
+    objective: &WalkObjective<'_>,
+    evaluations: &mut Evaluations<'_>,
+) {
+    let likely = likely_damage(layout);
+    if likely.len() <= MOST_LIKELY {
+        evaluate_missing(likely, objective, evaluations);
+    }
+    let kin = evaluations
         .ranking()
         .into_iter()
         .take(WITH_KIN)
-        .map(|(morphology, _)| morphology.clone())
+        .flat_map(|(morphology, _)| kin_of(morphology))
         .collect();
-    let kin: Vec<Morphology> = leading
-        .iter()
-        .flat_map(kin_of)
-        .filter(|kin| !evaluations.contains(kin))
-        .collect();
+    evaluate_missing(kin, objective, evaluations);
+}
+
+/// The healthy robot, and all with at most [`LIKELY_LEGS`] damaged legs, unless they
+/// become too many on the way.
+fn likely_damage(layout: &LegLayout) -> Vec<Morphology> {
+    let mut all = vec![Morphology::healthy(layout)];
+    let mut begin = 0;
+    for _ in 0..LIKELY_LEGS {
+        let before = all.len();
+        for index in begin..before {
+            let morphology = all[index].clone();
+            let last_damaged = morphology.damaged_legs().last().copied().unwrap_or(0);
+            for leg in last_damaged..morphology.legs() {
+                let states = 0..morphology.links(leg);
+                all.extend(states.map(|left| morphology.clone().with_remaining(leg, left)));
+            }
+            if all.len() > MOST_LIKELY {
+                return all;
+            }
+        }
+        begin = before;
+    }
+    all
+}
+
+fn evaluate_missing(
+    mut candidates: Vec<Morphology>,
+    objective: &WalkObjective<'_>,
+    evaluations: &mut Evaluations<'_>,
+) {
+    candidates.retain(|candidate| !evaluations.contains(candidate));
     let best_deg = evaluations
         .best()
         .map_or(f64::INFINITY, |(_, best)| best.cost_deg);
     let margin = objective.cost_of_ln_weight(-HOPELESS);
-    evaluations.progress().expect_more(kin.len());
-    evaluations.evaluate_within(&kin, best_deg * margin);
+    evaluations.progress().expect_more(candidates.len());
+    evaluations.evaluate_within(&candidates, best_deg * margin);
 }
 
 /// All morphologies with the same damaged legs, unless there are too many.
@@ -179,9 +218,20 @@ fn ranked(all: &BTreeMap<Morphology, Weighed>) -> Vec<&Morphology> {
 
 #[cfg(test)]
 mod tests {
-    use mlr_model::LegLayout;
-
     use super::*;
+
+    #[test]
+    fn likely_damage_is_to_few_legs_and_each_is_named_once() {
+        let layout = LegLayout::new([3; 6]).unwrap();
+        let mut likely = likely_damage(&layout);
+        assert_eq!(likely.len(), 1 + 6 * 3 + 15 * 9);
+        assert!(likely.iter().all(|one| one.damaged_legs().len() <= 2));
+        likely.sort();
+        likely.dedup();
+        assert_eq!(likely.len(), 154);
+        let millipede = LegLayout::new(vec![3; 60]).unwrap();
+        assert!(likely_damage(&millipede).len() > MOST_LIKELY);
+    }
 
     #[test]
     fn kin_has_the_same_legs_damaged() {

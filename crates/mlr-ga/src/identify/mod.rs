@@ -4,6 +4,7 @@ mod answer;
 mod gait_phase;
 mod leading;
 mod measured_walk;
+mod model_walks;
 mod report;
 mod settings;
 
@@ -16,19 +17,15 @@ pub use settings::IdentifySettings;
 use std::collections::BTreeMap;
 
 use mlr_filter::OrientationSeries;
-use mlr_model::{Gait, ModelError, Morphology, Robot};
+use mlr_model::{Gait, Morphology, Robot};
 
 use rayon::prelude::*;
 
+use model_walks::ModelWalks;
+
 use crate::{
-    AnswerError, Evaluations, Progress, WalkObjective,
-    atlas::Atlas,
-    belief::Posterior,
-    comparison::ComparableWalk,
-    evaluation::CaseFit,
-    exact, genetic, mean_error_deg,
-    paper_cost::PaperCost,
-    walks::{Case, SimulatedWalks, WalkSource},
+    AnswerError, Evaluations, Progress, WalkObjective, atlas::Atlas, belief::Posterior,
+    evaluation::CaseFit, exact, genetic, mean_error_deg, paper_cost::PaperCost,
 };
 
 /// How the morphologies are searched.
@@ -78,28 +75,11 @@ pub fn identify(
 ) -> Result<Identification, AnswerError> {
     let Model { robot, gait, .. } = model;
     let measured = MeasuredWalk::new(recording, gait, settings)?;
-    let simulated;
-    let walks: &dyn WalkSource = match model.atlas {
-        Some(atlas) => {
-            let needed = measured.stretch().walk_samples();
-            if needed > atlas.walk_samples() {
-                return Err(AnswerError::AtlasTooShort {
-                    needed_s: ComparableWalk::duration_s(needed),
-                    there_s: ComparableWalk::duration_s(atlas.walk_samples()),
-                });
-            }
-            atlas
-        }
-        None if search == Search::Atlas => return Err(AnswerError::NoAtlas),
-        None => {
-            simulated = simulated_walks(&measured, model, settings)?;
-            &simulated
-        }
-    };
-    let objective = WalkObjective::new(&measured, walks, settings);
+    let walks = ModelWalks::new(&measured, model, search, settings)?;
+    let objective = WalkObjective::new(&measured, &walks, settings);
     let mut evaluations = Evaluations::new(&objective, progress);
     let found = Found::by(search, robot, settings, seed, &objective, &mut evaluations);
-    leading::evaluate_kin(&objective, &mut evaluations);
+    leading::complete(&robot.layout(), &objective, &mut evaluations);
     let weighed = leading::weigh(&objective, &evaluations, settings, progress);
     let posterior = Posterior::new(
         weighed
@@ -150,31 +130,6 @@ pub fn identify(
             simulated,
         },
     })
-}
-
-/// Every case of the settings, simulated when it is asked for.
-fn simulated_walks(
-    measured: &MeasuredWalk,
-    model: Model<'_>,
-    settings: &IdentifySettings,
-) -> Result<SimulatedWalks, ModelError> {
-    let cases = (0..settings.variations.len()).flat_map(|variation| {
-        let lost_links = settings.lost_links.cases().iter();
-        lost_links.map(move |&lost_links| Case {
-            lost_links,
-            variation,
-        })
-    });
-    let stretch = measured.stretch();
-    SimulatedWalks::new(
-        model.robot,
-        model.gait,
-        &settings.simulation,
-        cases,
-        &settings.variations,
-        stretch.walk_samples(),
-        &stretch.looks(),
-    )
 }
 
 /// The course of a genetic search; empty for an exact one.
