@@ -1,11 +1,13 @@
-use mlr_filter::{Conditioned, FourierFilter, MotionStart, OrientationSeries, Window};
+use mlr_filter::{
+    Conditioned, DetectorSettings, FourierFilter, MotionStart, OrientationSeries, Window,
+};
 use mlr_model::Gait;
 
 use super::{GaitPhase, IdentifySettings};
 use crate::{
     AnswerError,
     comparison::{Alignment, ComparableWalk},
-    detect::{Detection, detect_in},
+    detect::detect_in,
     recording::repair_time_stamps,
 };
 
@@ -192,19 +194,23 @@ fn what_is_left_s(recording: &OrientationSeries, from_s: f64, window_s: f64) -> 
 }
 
 /// Where to compare when a healthy robot was damaged while it walked: from the
-/// time the damage was flagged on, or as late as the recording allows.
+/// time on at which the damage was flagged, or the swing changed, or as late as the recording allows.
 fn struck_in_mid_walk(
     recording: &OrientationSeries,
     start: MotionStart,
     settings: &IdentifySettings,
 ) -> Option<f64> {
     // A recording that the detector cannot judge is left to the window's checks.
-    let Detection {
-        damage_s: Some(flagged_s),
-        ..
-    } = detect_in(recording, settings.detector).ok()?
-    else {
-        return None;
+    let flagged_s = match detect_in(recording, settings.detector).ok()?.damage_s {
+        Some(flagged_s) => flagged_s,
+        None => {
+            let threshold_deg = changed_swing_deg(recording, start, settings)?;
+            let changed = DetectorSettings {
+                threshold_deg,
+                ..settings.detector
+            };
+            detect_in(recording, changed).ok()?.damage_s?
+        }
     };
     let struck_s = flagged_s - settings.detector.persistence_s;
     if struck_s - start.start_s < CALM_WALK_S {
@@ -212,4 +218,77 @@ fn struck_in_mid_walk(
     }
     let latest_s = recording.times_s().last()? - settings.window_s;
     Some(flagged_s.min(latest_s).max(struck_s + UPSET_S))
+}
+
+/// Damage may rock the body by less than the detector's threshold. It has struck as
+/// well where the body comes to swing several times as far as it did when it began
+/// to walk.
+fn changed_swing_deg(
+    recording: &OrientationSeries,
+    start: MotionStart,
+    settings: &IdentifySettings,
+) -> Option<f64> {
+    const TIMES: f64 = 3.0;
+    const LEAST_DEG: f64 = 1.5;
+    let times_s = recording.times_s();
+    // The first step of a walk is not like the others.
+    let from = times_s.partition_point(|&t| t < start.start_s + UPSET_S);
+    let to = times_s.partition_point(|&t| t < start.start_s + UPSET_S + CALM_WALK_S);
+    let beginning = OrientationSeries::new(
+        times_s[from..to].to_vec(),
+        recording
+            .angles_rad()
+            .as_ref()
+            .map(|_, angles| angles[from..to].to_vec()),
+    )
+    .ok()?;
+    let swing_deg = detect_in(&beginning, settings.detector)
+        .ok()?
+        .max_fluctuation_deg;
+    Some((TIMES * swing_deg).max(LEAST_DEG))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use mlr_filter::Axes;
+
+    use super::*;
+
+    /// Stands for 2 s, rocks by 0.4° from side to side, and from 10 s on by another
+    /// angle, both ways.
+    fn recording(later_deg: f64) -> OrientationSeries {
+        let times_s: Vec<f64> = (0..4000).map(|i| f64::from(i) * 0.005).collect();
+        let roll = times_s.iter().map(|&t| {
+            let swing_deg = match t {
+                t if t < 2.0 => 0.0,
+                t if t < 10.0 => 0.4,
+                _ => later_deg,
+            };
+            f64::to_radians(swing_deg / 2.0) * (TAU * t).sin()
+        });
+        let roll: Vec<f64> = roll.collect();
+        let still = vec![0.0; times_s.len()];
+        let angles_rad = Axes {
+            roll,
+            pitch: still.clone(),
+            yaw: still,
+        };
+        OrientationSeries::new(times_s, angles_rad).unwrap()
+    }
+
+    fn window_start_s(later_deg: f64) -> f64 {
+        let settings = IdentifySettings::default();
+        let measured = MeasuredWalk::new(recording(later_deg), &Gait::tripod(), &settings);
+        measured.unwrap().window().start_s
+    }
+
+    #[test]
+    fn damage_that_is_never_flagged_is_still_compared_where_it_shows() {
+        assert!((window_start_s(0.4) - 2.0).abs() < 0.2, "nothing changes");
+        assert!((window_start_s(0.9) - 2.0).abs() < 0.2, "hardly anything");
+        assert!((11.0..13.5).contains(&window_start_s(4.0)), "below 5°");
+        assert!((11.0..13.5).contains(&window_start_s(8.0)), "flagged");
+    }
 }
