@@ -3,6 +3,7 @@
 use std::{io, process::ExitCode};
 
 use mlr_ga::AnswerError;
+use mlr_residual::SensorError;
 
 /// The log was read and cannot answer.
 const CANNOT_ANSWER: u8 = 1;
@@ -23,10 +24,14 @@ pub(super) fn exit_status(result: anyhow::Result<()>) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     super::output::error(&error);
-    let cannot_answer = error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<AnswerError>())
-        .any(AnswerError::is_recordings_fault);
+    let cannot_answer = error.chain().any(|cause| {
+        cause
+            .downcast_ref::<AnswerError>()
+            .is_some_and(AnswerError::is_recordings_fault)
+            || cause
+                .downcast_ref::<SensorError>()
+                .is_some_and(SensorError::is_recordings_fault)
+    });
     ExitCode::from(if cannot_answer {
         CANNOT_ANSWER
     } else {

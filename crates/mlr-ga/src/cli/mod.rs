@@ -3,6 +3,7 @@
 mod atlas;
 mod detect;
 mod evaluate;
+mod explain_sensor;
 mod failure;
 mod identify;
 mod log_file;
@@ -32,6 +33,9 @@ enum Command {
     Identify(identify::IdentifyOptions),
     /// Finds when the robot in LOG started to walk and when it was damaged.
     Detect(detect::DetectOptions),
+    /// Traces what a gyroscope's integrated rate misses of a measured angle to effects that its
+    /// data sheet lacks.
+    ExplainSensor(explain_sensor::ExplainSensorOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
     /// Simulates walks beforehand, for instant answers.
@@ -60,6 +64,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
     pool.install(|| match &cli.command {
         Command::Identify(options) => identify::run(options),
         Command::Detect(options) => detect::run(options),
+        Command::ExplainSensor(options) => explain_sensor::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),

@@ -1,0 +1,42 @@
+//! What a model lacks: finds the residual between model and measurement, traces
+//! it to an effect that the model does not have, adds the effect and measures the
+//! error again, on data that the fit never saw.
+//!
+//! The model of a gyroscope is the data sheet: the angle is the integral of the
+//! rate ([`SensorModel`]). [`explain_sensor()`] compares it with a measured angle
+//! and adds effects from a library ([`sensor_effects`]) one at a time, as long as
+//! the second half of the record, which no parameter was fitted on, gains more
+//! than chance would give.
+//!
+//! ```
+//! use mlr_residual::{SelectionSettings, SensorRecord, SensorSignals, explain_sensor};
+//!
+//! // A shaft that swings by 60°, and a gyroscope that reports 0.5 °/s too much.
+//! let times_s: Vec<f64> = (0..6000).map(|i| f64::from(i) * 0.01).collect();
+//! let angle_deg: Vec<f64> = times_s.iter().map(|t| 60.0 * t.sin()).collect();
+//! let rate_dps = times_s.iter().map(|t| 60.0 * t.cos() + 0.5).collect();
+//! let record = SensorRecord::new(SensorSignals::new(times_s, rate_dps), angle_deg)?;
+//! let found = explain_sensor(&record, &SelectionSettings::default())?;
+//! assert_eq!(found.effects[0].kind, "gyro_bias");
+//! assert!((found.effects[0].parameters["bias_dps"] - 0.5).abs() < 0.01);
+//! assert!(found.error_after.validation_deg < 0.1 * found.error_before.validation_deg);
+//! # Ok::<(), mlr_residual::SensorError>(())
+//! ```
+
+mod error;
+mod fit;
+mod report;
+mod selection;
+mod sensor;
+pub mod sensor_effects;
+mod statistics;
+mod transfer;
+
+pub use error::SensorError;
+pub use report::{Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};
+pub use selection::{SelectionSettings, explain_sensor};
+pub use sensor::{
+    AngleUnit, AxisName, RateUnit, SensorColumns, SensorModel, SensorRecord, SensorSignals,
+    TimeUnit, Track, read_sensor_log,
+};
+pub use transfer::{Transfer, TransferredEffect, apply_effects};

@@ -1,0 +1,11 @@
+//! A gyroscope axis beside a measured angle.
+
+mod columns;
+mod model;
+mod read;
+mod record;
+
+pub use columns::{AngleUnit, RateUnit, SensorColumns, TimeUnit};
+pub use model::{SensorModel, Track};
+pub use read::read_sensor_log;
+pub use record::{AxisName, SensorRecord, SensorSignals};

@@ -1,0 +1,242 @@
+use crate::SensorError;
+
+/// Shortest record that can be divided into halves and these into blocks.
+const MIN_DURATION_S: f64 = 20.0;
+/// Samples for the same.
+const MIN_SAMPLES: usize = 400;
+/// Least motion of the reference from which a scale can be told.
+const MIN_RANGE_DEG: f64 = 5.0;
+/// Share of bad time stamps from which on the order of samples is in doubt.
+const MAX_DROPPED_SHARE: f64 = 0.1;
+
+/// An axis of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AxisName {
+    /// The sensor's x axis.
+    X,
+    /// The sensor's y axis.
+    Y,
+    /// The sensor's z axis.
+    Z,
+}
+
+impl AxisName {
+    /// All three in right-handed order.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Lower-case letter.
+    pub fn letter(self) -> char {
+        match self {
+            Self::X => 'x',
+            Self::Y => 'y',
+            Self::Z => 'z',
+        }
+    }
+
+    /// The next in right-handed order: x, y, z, x.
+    pub fn next(self) -> Self {
+        match self {
+            Self::X => Self::Y,
+            Self::Y => Self::Z,
+            Self::Z => Self::X,
+        }
+    }
+}
+
+/// What a sensor says by itself, without the reference. Effects see only this, so
+/// that none can look at the angle that it is to predict.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorSignals {
+    /// Time stamps, s, strictly increasing.
+    pub times_s: Vec<f64>,
+    /// Rate as the data sheet scales it, °/s, positive where the reference angle
+    /// grows: the sign of the mounting is already applied.
+    pub rate_dps: Vec<f64>,
+    /// +1 or -1: the sign of the mounting, reported rate to `rate_dps`.
+    pub sign: f64,
+    /// Which axis of the sensor reports the rate, if known.
+    pub axis: Option<AxisName>,
+    /// Rates about the sensor's other axes, °/s, as reported.
+    pub cross_rates_dps: Vec<(AxisName, Vec<f64>)>,
+    /// Specific force along x, y, z in g, as reported: +1 along the axis that
+    /// points up at rest.
+    pub accelerations_g: Option<[Vec<f64>; 3]>,
+    /// Temperature of the sensor, °C.
+    pub temperature_c: Option<Vec<f64>>,
+}
+
+impl SensorSignals {
+    /// Nothing but time stamps in s and a rate in °/s, positive where the reference
+    /// angle grows.
+    pub fn new(times_s: Vec<f64>, rate_dps: Vec<f64>) -> Self {
+        Self {
+            times_s,
+            rate_dps,
+            sign: 1.0,
+            axis: None,
+            cross_rates_dps: Vec::new(),
+            accelerations_g: None,
+            temperature_c: None,
+        }
+    }
+
+    /// Samples.
+    pub fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.times_s.is_empty()
+    }
+
+    /// Median time between samples, s.
+    pub fn period_s(&self) -> f64 {
+        let mut steps: Vec<f64> = self.times_s.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    fn columns_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut Vec<f64>)> {
+        let cross = self.cross_rates_dps.iter_mut();
+        let cross = cross.map(|(_, column)| ("a cross rate", column));
+        let accelerations = self.accelerations_g.iter_mut().flatten();
+        [
+            ("the time", &mut self.times_s),
+            ("the rate", &mut self.rate_dps),
+        ]
+        .into_iter()
+        .chain(cross)
+        .chain(accelerations.map(|column| ("an acceleration", column)))
+        .chain(
+            self.temperature_c
+                .iter_mut()
+                .map(|t| ("the temperature", t)),
+        )
+    }
+
+    /// The first `samples` only.
+    fn truncated(&self, samples: usize) -> Self {
+        let mut start = self.clone();
+        for (_, column) in start.columns_mut() {
+            column.truncate(samples);
+        }
+        start
+    }
+}
+
+/// A sensor's signals and the angle that was measured beside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorRecord {
+    signals: SensorSignals,
+    angle_deg: Vec<f64>,
+    dropped: usize,
+}
+
+impl SensorRecord {
+    /// Signals and reference angle in degrees, sample by sample. Samples that are
+    /// not later than the one before are dropped.
+    ///
+    /// # Errors
+    /// [`SensorError`] when columns differ in length, too many stamps are out of
+    /// order, or the record is too short or without motion.
+    pub fn new(mut signals: SensorSignals, mut angle_deg: Vec<f64>) -> Result<Self, SensorError> {
+        let total = signals.len();
+        let mut latest = f64::NEG_INFINITY;
+        let keep: Vec<bool> = signals
+            .times_s
+            .iter()
+            .map(|&time| {
+                let later = time > latest;
+                latest = latest.max(time);
+                later
+            })
+            .collect();
+        let kept = keep.iter().filter(|keep| **keep).count();
+        for (column, values) in signals
+            .columns_mut()
+            .chain([("the reference angle", &mut angle_deg)])
+        {
+            if values.len() != total {
+                return Err(SensorError::Length {
+                    column,
+                    found: values.len(),
+                    expected: total,
+                });
+            }
+            let mut flags = keep.iter();
+            values.retain(|_| flags.next().copied().unwrap_or(false));
+        }
+        let dropped = total - kept;
+        if dropped as f64 > MAX_DROPPED_SHARE * total as f64 {
+            return Err(SensorError::Disordered { dropped, total });
+        }
+        let record = Self {
+            signals,
+            angle_deg,
+            dropped,
+        };
+        let duration_s = record.duration_s();
+        if duration_s < MIN_DURATION_S || kept < MIN_SAMPLES {
+            return Err(SensorError::TooShort {
+                duration_s,
+                samples: kept,
+                needed_s: MIN_DURATION_S,
+                needed_samples: MIN_SAMPLES,
+            });
+        }
+        let half = &record.angle_deg[..record.half()];
+        let range_deg = half.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+            - half.iter().copied().fold(f64::INFINITY, f64::min);
+        if range_deg < MIN_RANGE_DEG {
+            return Err(SensorError::NoMotion {
+                range_deg,
+                needed_deg: MIN_RANGE_DEG,
+            });
+        }
+        Ok(record)
+    }
+
+    /// What the sensor says.
+    pub fn signals(&self) -> &SensorSignals {
+        &self.signals
+    }
+
+    /// What was measured beside it, degrees.
+    pub fn angle_deg(&self) -> &[f64] {
+        &self.angle_deg
+    }
+
+    /// Samples dropped because they were not later than the one before.
+    pub fn dropped(&self) -> usize {
+        self.dropped
+    }
+
+    /// From the first to the last sample, s.
+    pub fn duration_s(&self) -> f64 {
+        match (self.signals.times_s.first(), self.signals.times_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// Index of the first sample of the second half in time.
+    pub fn half(&self) -> usize {
+        let times_s = &self.signals.times_s;
+        let Some(first) = times_s.first() else {
+            return 0;
+        };
+        let middle_s = first + self.duration_s() / 2.0;
+        times_s.partition_point(|time| *time < middle_s)
+    }
+
+    /// The first half, as if the log ended there: all that a fit may see.
+    pub fn first_half(&self) -> Self {
+        let half = self.half();
+        Self {
+            signals: self.signals.truncated(half),
+            angle_deg: self.angle_deg[..half].to_vec(),
+            dropped: 0,
+        }
+    }
+}
