@@ -4,9 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    IdentifySettings, Model, Search,
-    atlas::Atlas,
-    identify,
+    IdentifySettings, Model, Search, identify,
     scoring::{LogScore, TotalScore, Truth, read_truths},
 };
 use mlr_imu::{Columns, read_log};
@@ -15,7 +13,7 @@ use serde::Serialize;
 
 use super::{
     identify::SearchName,
-    model_files::{self, ModelFiles},
+    model_files::{self, AtlasFile, ModelFiles},
     output,
     progress::Bar,
 };
@@ -31,9 +29,8 @@ pub(super) struct EvaluateOptions {
     /// How to search the morphologies.
     #[arg(long, value_enum)]
     search: Option<SearchName>,
-    /// Walks simulated beforehand by `mlr-ga atlas build`.
-    #[arg(long, value_name = "FILE")]
-    atlas: Option<PathBuf>,
+    #[command(flatten)]
+    atlas: AtlasFile,
     /// Makes every run repeatable.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -80,11 +77,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         settings.window_s = window_s;
     }
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
-    let atlas = options
-        .atlas
-        .as_ref()
-        .map(|path| Atlas::open(path, &robot, &gait, &settings))
-        .transpose()?;
+    let atlas = options.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
         robot: &robot,
         gait: &gait,

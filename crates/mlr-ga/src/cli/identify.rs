@@ -5,13 +5,12 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use mlr_ga::{
-    IdentificationReport, IdentifySettings, LossHypothesis, Model, Search, SearchMethod,
-    atlas::Atlas, identify,
+    IdentificationReport, IdentifySettings, LossHypothesis, Model, Search, SearchMethod, identify,
 };
 
 use super::{
     log_file::LogFile,
-    model_files::{self, ModelFiles},
+    model_files::{self, AtlasFile, ModelFiles},
     output, plot,
     progress::Bar,
 };
@@ -52,9 +51,8 @@ pub(super) struct IdentifyOptions {
     /// All settings, in TOML; options override it.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Walks simulated beforehand by `mlr-ga atlas build`.
-    #[arg(long, value_name = "FILE")]
-    atlas: Option<PathBuf>,
+    #[command(flatten)]
+    atlas: AtlasFile,
     #[command(flatten)]
     model: ModelFiles,
 }
@@ -100,11 +98,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let settings = options.settings()?;
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
     let recording = options.log.read()?;
-    let atlas = options
-        .atlas
-        .as_ref()
-        .map(|path| Atlas::open(path, &robot, &gait, &settings))
-        .transpose()?;
+    let atlas = options.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
         robot: &robot,
         gait: &gait,

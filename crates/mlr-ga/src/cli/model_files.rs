@@ -1,9 +1,10 @@
-//! Robot and gait: embedded, or from the user's files.
+//! Robot and gait, embedded or from the user's files, and their atlas.
 
 use std::{fs, path::PathBuf};
 
 use anyhow::Context;
 use clap::Args;
+use mlr_ga::{IdentifySettings, atlas::Atlas};
 use mlr_model::{Gait, Robot};
 
 /// Replaces the embedded robot and gait.
@@ -25,6 +26,29 @@ impl ModelFiles {
 
     pub(super) fn gait(&self) -> anyhow::Result<Gait> {
         load(self.gait.as_ref(), Gait::from_toml).map(|gait| gait.unwrap_or_else(Gait::tripod))
+    }
+}
+
+/// Walks of the model, simulated beforehand.
+#[derive(Debug, Args)]
+pub(super) struct AtlasFile {
+    /// Walks simulated beforehand by `mlr-ga atlas build`.
+    #[arg(long, value_name = "FILE")]
+    atlas: Option<PathBuf>,
+}
+
+impl AtlasFile {
+    /// The atlas, if one was named; it must belong to this robot, gait and settings.
+    pub(super) fn open(
+        &self,
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+    ) -> anyhow::Result<Option<Atlas>> {
+        let path = self.atlas.as_ref();
+        Ok(path
+            .map(|path| Atlas::open(path, robot, gait, settings))
+            .transpose()?)
     }
 }
 
