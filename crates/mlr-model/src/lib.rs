@@ -34,6 +34,7 @@
 //! sine, cosine and arctangent on the way comes from the `libm` crate.
 
 mod error;
+mod fault;
 mod gait;
 mod joint_commands;
 pub mod kinematics;
@@ -44,6 +45,7 @@ mod terrain;
 mod variation;
 
 pub use error::ModelError;
+pub use fault::Fault;
 pub use gait::{FootTarget, Gait};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};

@@ -64,6 +64,14 @@ impl Robot {
         Ok(self)
     }
 
+    /// The same robot, the centre of mass of its body moved forward, to the left and up
+    /// by so much.
+    #[must_use]
+    pub fn with_center_of_mass_moved(mut self, by_m: [f64; 3]) -> Self {
+        self.body.center_of_mass_m += Vector3::from(by_m);
+        self
+    }
+
     /// The legs, leg 1 first.
     pub fn legs(&self) -> &[Leg] {
         &self.legs
@@ -202,6 +210,16 @@ pub struct Link {
 }
 
 impl Link {
+    /// Cuts off the outer end: what is left is as heavy, and turns as heavily, as its
+    /// share of the length.
+    pub(crate) fn shorten(&mut self, by_m: f64) {
+        let kept = (self.length_m - by_m) / self.length_m;
+        self.length_m *= kept;
+        self.mass_kg *= kept;
+        self.center_of_mass_m *= kept;
+        self.inertia_kg_m2 *= kept;
+    }
+
     /// Pose of this link's outer end in the frame of its inner neighbour, with
     /// the joint at `angle_rad`.
     pub fn tip_frame(&self, angle_rad: f64) -> Isometry3<f64> {

@@ -23,10 +23,15 @@ pub(super) fn ground(shape: SharedShape, pose: Pose, contact: &GroundContact) ->
 
 pub(super) fn body(body: &Body, contact: &GroundContact) -> Collider {
     let half: Vector3<f32> = (body.size_m / 2.0).cast();
-    robot_part(ColliderBuilder::cuboid(half.x, half.y, half.z), contact)
+    robot_part(ColliderBuilder::cuboid(half.x, half.y, half.z), contact).build()
 }
 
-pub(super) fn link(link: &Link, contact: &GroundContact) -> Option<Collider> {
+/// The collider of a link, which may grip otherwise than the ground says.
+pub(super) fn link(
+    link: &Link,
+    contact: &GroundContact,
+    own_friction: Option<f64>,
+) -> Option<Collider> {
     let length_m = link.length_m as f32;
     let builder = match link.contact? {
         ContactShape::Capsule { radius_m } => ColliderBuilder::capsule_from_endpoints(
@@ -37,17 +42,23 @@ pub(super) fn link(link: &Link, contact: &GroundContact) -> Option<Collider> {
         ContactShape::Foot { radius_m } => ColliderBuilder::ball(radius_m as f32)
             .translation(Vector::new(length_m - radius_m as f32, 0.0, 0.0)),
     };
-    Some(robot_part(builder, contact))
+    let builder = robot_part(builder, contact);
+    Some(match own_friction {
+        // The ground multiplies what is left of its own friction.
+        Some(friction) => builder
+            .friction((friction / contact.friction.max(f64::MIN_POSITIVE)) as f32)
+            .friction_combine_rule(CoefficientCombineRule::Multiply)
+            .build(),
+        None => builder.build(),
+    })
 }
 
-fn robot_part(builder: ColliderBuilder, contact: &GroundContact) -> Collider {
-    surface(builder, contact)
-        .collision_groups(InteractionGroups::new(
-            ROBOT,
-            GROUND,
-            InteractionTestMode::And,
-        ))
-        .build()
+fn robot_part(builder: ColliderBuilder, contact: &GroundContact) -> ColliderBuilder {
+    surface(builder, contact).collision_groups(InteractionGroups::new(
+        ROBOT,
+        GROUND,
+        InteractionTestMode::And,
+    ))
 }
 
 /// Massless (the links carry the masses), with the friction of the pair on both

@@ -1,6 +1,7 @@
 //! Walking the damaged robot.
 
 mod contacts;
+mod leg_state;
 mod servo_state;
 mod settings;
 mod trajectory;
@@ -41,7 +42,7 @@ impl Simulator {
         gait: &Gait,
         settings: SimulationSettings,
     ) -> Result<Self, ModelError> {
-        settings.check()?;
+        settings.check(&robot)?;
         let commands = JointCommands::new(&robot, gait, settings.duration_s)?;
         let (ground, up) = settings.terrain.level_shape();
         let ground_rotation = settings.terrain.inclination() * up;

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::{ModelError, Payload, Terrain};
+use crate::{Fault, ModelError, Payload, Robot, Terrain};
 
 /// How a simulation is run. The defaults are the nominal model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +27,8 @@ pub struct SimulationSettings {
     pub terrain: Terrain,
     /// What the body carries.
     pub payload: Option<Payload>,
+    /// What is wrong with the robot besides lost links.
+    pub faults: Vec<Fault>,
     /// What to keep besides orientation.
     #[serde(skip)]
     pub record: Record,
@@ -47,13 +49,14 @@ impl Default for SimulationSettings {
             contact: GroundContact::default(),
             terrain: Terrain::default(),
             payload: None,
+            faults: Vec::new(),
             record: Record::default(),
         }
     }
 }
 
 impl SimulationSettings {
-    pub(super) fn check(&self) -> Result<(), ModelError> {
+    pub(super) fn check(&self, robot: &Robot) -> Result<(), ModelError> {
         let range = ModelError::check_range;
         range(
             "duration_s",
@@ -99,6 +102,9 @@ impl SimulationSettings {
         )?;
         if let Some(payload) = &self.payload {
             payload.check()?;
+        }
+        for fault in &self.faults {
+            fault.check(robot)?;
         }
         self.terrain.check()
     }

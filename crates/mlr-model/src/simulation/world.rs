@@ -4,10 +4,10 @@ use mlr_filter::Axes;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Vector3};
 use rapier3d::prelude::*;
 
-use super::{LostLinks, Simulator, contacts, servo_state::ServoState};
+use super::{LostLinks, Simulator, contacts, leg_state::LegState, servo_state::ServoState};
 use crate::{
-    JointAxis, JointCommands, Morphology, Servo, kinematics,
-    robot::{ContactShape, Leg, Link, rotation_about},
+    Fault, JointAxis, JointCommands, Morphology, kinematics,
+    robot::{ContactShape, Link, rotation_about},
 };
 
 /// Gravity, m/s² along z.
@@ -17,7 +17,9 @@ const LENGTH_UNIT: f32 = 0.1;
 
 /// One robot on one ground.
 pub(super) struct World<'a> {
-    servo: &'a Servo,
+    /// Time from a command to its effect.
+    latency_s: f64,
+    legs: Vec<LegState<'a>>,
     time_step_s: f64,
     pipeline: PhysicsPipeline,
     parameters: IntegrationParameters,
@@ -31,7 +33,6 @@ pub(super) struct World<'a> {
     soft_bodies: SoftBodySet,
     ccd_solver: CCDSolver,
     body: RigidBodyHandle,
-    legs: usize,
     /// In the order of the multibody's links.
     joints: Vec<Joint>,
     multibody: Option<MultibodyIndex>,
@@ -50,7 +51,11 @@ impl<'a> World<'a> {
     /// stance.
     pub(super) fn new(simulator: &'a Simulator, morphology: &Morphology) -> Self {
         let mut world = Self::empty(simulator);
-        let start = start_pose(simulator, morphology);
+        let faults = &simulator.settings.faults;
+        let legs: Vec<LegState<'_>> = (0..simulator.robot.legs().len())
+            .map(|leg| LegState::new(&simulator.robot, leg, faults))
+            .collect();
+        let start = start_pose(simulator, morphology, &legs);
         let body = simulator.robot.body();
         let mut body_mass = RigidMass::new(
             body.mass_kg,
@@ -58,8 +63,9 @@ impl<'a> World<'a> {
             Matrix3::from_diagonal(&body.inertia_kg_m2),
         );
         if simulator.settings.lost_links == LostLinks::Locked {
-            for (index, leg) in simulator.robot.legs().iter().enumerate() {
+            for (index, leg) in legs.iter().enumerate() {
                 if morphology.remaining(index) == 0 {
+                    let leg = leg.description();
                     body_mass.attach_locked(&leg.links, leg.hip_frame());
                 }
             }
@@ -80,21 +86,24 @@ impl<'a> World<'a> {
             world.body,
             0,
         );
-        for (index, leg) in simulator.robot.legs().iter().enumerate() {
+        for (index, leg) in legs.iter().enumerate() {
             world.add_leg(simulator, index, leg, morphology.remaining(index), &start);
         }
         // Rapier would only do so during the first step.
         for (_, part) in world.bodies.iter_mut() {
             part.recompute_mass_properties_from_colliders(&world.colliders);
         }
+        world.legs = legs;
         world.set_stance(&simulator.commands);
+        world.pull(faults);
         world
     }
 
     fn empty(simulator: &'a Simulator) -> Self {
         let settings = &simulator.settings;
         let mut world = Self {
-            servo: simulator.robot.servo(),
+            latency_s: simulator.robot.servo().latency_s,
+            legs: Vec::new(),
             time_step_s: settings.time_step_s,
             pipeline: PhysicsPipeline::new(),
             parameters: IntegrationParameters {
@@ -121,7 +130,6 @@ impl<'a> World<'a> {
             soft_bodies: SoftBodySet::new(),
             ccd_solver: CCDSolver::new(),
             body: RigidBodyHandle::invalid(),
-            legs: simulator.robot.legs().len(),
             joints: Vec::new(),
             multibody: None,
             owners: Vec::new(),
@@ -147,10 +155,11 @@ impl<'a> World<'a> {
         &mut self,
         simulator: &Simulator,
         index: usize,
-        leg: &Leg,
+        state: &LegState<'_>,
         remaining: usize,
         start: &Isometry3<f64>,
     ) {
+        let leg = state.description();
         let mut parent = self.body;
         let mut frame_in_parent = leg.hip_frame();
         for (link_index, link) in leg.links[..remaining].iter().enumerate() {
@@ -179,9 +188,10 @@ impl<'a> World<'a> {
             self.joints.push(Joint {
                 leg: index,
                 link: link_index,
-                servo: ServoState::at(simulator.commands.angle_rad(index, link_index, 0.0)),
+                servo: ServoState::at(state.target_rad(&simulator.commands, link_index, 0.0)),
             });
-            if let Some(collider) = contacts::link(link, &simulator.settings.contact) {
+            let ground = &simulator.settings.contact;
+            if let Some(collider) = contacts::link(link, ground, state.friction) {
                 self.add_collider(collider, part, index + 1);
             }
             parent = part;
@@ -204,18 +214,29 @@ impl<'a> World<'a> {
             let freedom = multibody
                 .link(index + 1)
                 .map_or(0, MultibodyLink::assembly_id);
-            displacements[freedom] = commands.angle_rad(joint.leg, joint.link, 0.0) as f32;
-            multibody.damping_mut()[freedom] = self.servo.damping_nm_s_per_rad as f32;
+            let leg = &self.legs[joint.leg];
+            displacements[freedom] = leg.target_rad(commands, joint.link, 0.0) as f32;
+            multibody.damping_mut()[freedom] = leg.servo().damping_nm_s_per_rad as f32;
         }
         multibody.apply_displacements(&displacements);
         multibody.forward_kinematics(&self.bodies, true);
         multibody.update_rigid_bodies(&mut self.bodies, true);
     }
 
+    /// Lets external forces pull at the body for as long as the world lasts.
+    fn pull(&mut self, faults: &[Fault]) {
+        for fault in faults {
+            if let Fault::ExternalForce { force_n } = fault {
+                let [x, y, z] = force_n.map(|newtons| newtons as f32);
+                self.bodies[self.body].add_force(Vector::new(x, y, z), true);
+            }
+        }
+    }
+
     /// Drives the servos with the commands of gait time `time_s` and advances by
     /// one time step. Returns whether the state is still finite.
     pub(super) fn step(&mut self, commands: &JointCommands, time_s: f64) -> bool {
-        self.drive_servos(commands, time_s - self.servo.latency_s);
+        self.drive_servos(commands, time_s - self.latency_s);
         self.pipeline.step(
             Vector::new(0.0, 0.0, GRAVITY),
             &self.parameters,
@@ -249,10 +270,11 @@ impl<'a> World<'a> {
                 continue;
             };
             let speed_rad_per_s = multibody.generalized_velocity()[freedom];
-            let command_rad = commands.angle_rad(joint.leg, joint.link, command_time_s);
+            let leg = &self.legs[joint.leg];
+            let command_rad = leg.target_rad(commands, joint.link, command_time_s);
             if let Some(link) = multibody.link_mut(index + 1) {
                 joint.servo.drive(
-                    self.servo,
+                    leg.servo(),
                     command_rad,
                     speed_rad_per_s,
                     self.time_step_s,
@@ -281,7 +303,7 @@ impl<'a> World<'a> {
 
     /// Normal force of the ground on the body (first) and on each leg.
     pub(super) fn contact_force_n(&self) -> Vec<f64> {
-        let mut force_n = vec![0.0; self.legs + 1];
+        let mut force_n = vec![0.0; self.legs.len() + 1];
         for (collider, owner) in &self.owners {
             let impulse: f32 = self
                 .narrow_phase
@@ -313,12 +335,17 @@ impl<'a> World<'a> {
 }
 
 /// Parallel to the ground at the origin, the lowest contact just above it.
-fn start_pose(simulator: &Simulator, morphology: &Morphology) -> Isometry3<f64> {
+fn start_pose(
+    simulator: &Simulator,
+    morphology: &Morphology,
+    legs: &[LegState<'_>],
+) -> Isometry3<f64> {
     let robot = &simulator.robot;
     let mut lowest_m = -robot.body().size_m.z / 2.0;
-    for (index, leg) in robot.legs().iter().enumerate() {
+    for (index, state) in legs.iter().enumerate() {
+        let leg = state.description();
         let angles_rad: Vec<f64> = (0..morphology.remaining(index))
-            .map(|link| simulator.commands.angle_rad(index, link, 0.0))
+            .map(|link| state.target_rad(&simulator.commands, link, 0.0))
             .collect();
         let tip = kinematics::foot_tip(leg, &angles_rad);
         let radius_m = match angles_rad
