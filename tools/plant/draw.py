@@ -6,6 +6,7 @@ SET is one of the functions in `SETS`; see README.md.
 """
 
 import argparse
+import copy
 import gzip
 import io
 import json
@@ -152,6 +153,34 @@ def truth(intact, plant, found, walk):
     return entry | ({"start_s": plant.start, "damage_s": plant.damage_s} if plant.damage_s > 0.0 else {})
 
 
+def trace(args, index, walk, rng):
+    """What the effects change of roll, pitch and yaw while the robot walks.
+
+    The same robot without them walks once more, with the same noise. For each axis the
+    mean of the difference, and the RMS of what is left of it without mean and trend, in
+    degrees, at the shift in time (of up to 0.2 s) that leaves least.
+    """
+    with effects.none():
+        again = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
+        intact, plain, _ = SETS[args.set](again, index)
+    other = record(plain, intact, rng).columns
+    start, end = plain.start + 0.5, walk.columns[-1, 0] - 0.3
+    grid = np.arange(start, end, 0.02)
+
+    def angles(columns, shift):
+        unwrapped = np.degrees(np.unwrap(columns[:, 7:10], axis=0))
+        return np.column_stack([np.interp(grid + shift, columns[:, 0], axis) for axis in unwrapped.T])
+
+    def split(shift):
+        difference = angles(walk.columns, shift) - angles(other, 0.0)
+        line = np.column_stack([np.ones(len(grid)), grid - grid.mean()])
+        fit, *_ = np.linalg.lstsq(line, difference, rcond=None)
+        return fit[0], np.std(difference - line @ fit, axis=0)
+
+    mean, swing = min((split(shift) for shift in np.arange(-0.2, 0.2, 0.01)), key=lambda s: float(np.sum(s[1] ** 2)))
+    return {"mean_deg": np.round(mean, 3).tolist(), "swing_deg": np.round(swing, 3).tolist()}
+
+
 def write(path, columns):
     """Without a time stamp in the archive: the same data are the same bytes."""
     text = io.StringIO()
@@ -171,10 +200,13 @@ def main():
     for index in range(args.count):
         rng = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
         intact, plant, found = SETS[args.set](rng, index)
+        before = copy.deepcopy(rng)
         walk = record(plant, intact, rng)
         name = f"{args.set}-{index:03}"
         write(args.output / f"{name}.csv.gz", walk.columns)
         truths[name] = truth(intact, plant, found, walk)
+        if found and args.set == "effects":
+            truths[name]["trace"] = trace(args, index, walk, before)
         (args.output / "truth.json").write_text(json.dumps(truths, indent=1) + "\n")
     print(f"{args.count} logs in {time.monotonic() - began:.1f} s")
 

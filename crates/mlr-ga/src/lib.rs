@@ -38,6 +38,7 @@ mod cost;
 mod detect;
 mod evaluation;
 pub mod exact;
+mod explain;
 pub mod genetic;
 mod identify;
 mod objective;
@@ -50,6 +51,7 @@ pub use answer_error::AnswerError;
 pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
+pub use explain::{ExplainError, ExplainSettings, Explained, explain};
 pub use identify::{
     Alternative, Begins, BestFit, ComparedSignals, Frequency, GaitPhase, Identification,
     IdentificationReport, IdentifySettings, MeasuredWalk, Model, Search, SearchMethod, Stretch,

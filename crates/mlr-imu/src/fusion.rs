@@ -38,6 +38,16 @@ impl RawSeries {
 }
 
 impl RawSeries {
+    /// Mean rates in rad/s about x, y, z between two times, if the sensor is at rest then.
+    pub fn rest_rate_radps(&self, from_s: f64, to_s: f64) -> Option<Vector3<f64>> {
+        let samples = self.times_s.iter().zip(&self.angular_rates_radps);
+        let resting: Vec<Vector3<f64>> = samples
+            .filter(|(time_s, _)| (from_s..to_s).contains(*time_s))
+            .map(|(_, rate)| *rate)
+            .collect();
+        rest_bias_radps(&resting)
+    }
+
     /// The gyroscope's bias: its mean over the first half second, if the sensor is
     /// at rest then.
     fn standing_bias_radps(&self) -> Option<Vector3<f64>> {

@@ -30,7 +30,9 @@ mod sample;
 mod sample_clock;
 
 pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
-pub use log::{ColumnError, Columns, LogError, LogProblem, LogStream, read_log, write_log};
+pub use log::{
+    ColumnError, Columns, LogError, LogProblem, LogStream, read_log, read_log_with_raw, write_log,
+};
 pub use mounting::{Mounting, MountingError};
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};
 pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};

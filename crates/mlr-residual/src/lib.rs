@@ -25,14 +25,20 @@
 
 mod error;
 mod fit;
+mod parameter;
+mod progress;
 mod report;
 mod selection;
 mod sensor;
 pub mod sensor_effects;
 mod statistics;
 mod transfer;
+pub mod walk;
+pub mod walk_effects;
 
 pub use error::SensorError;
+pub use parameter::Parameter;
+pub use progress::Progress;
 pub use report::{Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};
 pub use selection::{SelectionSettings, explain_sensor};
 pub use sensor::{

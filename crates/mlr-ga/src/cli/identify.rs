@@ -259,7 +259,7 @@ fn percent(probability: f64) -> String {
 }
 
 /// `111 110 …`.
-fn spelled(rows: &[Vec<u8>]) -> String {
+pub(super) fn spelled(rows: &[Vec<u8>]) -> String {
     rows.iter()
         .map(|leg| leg.iter().map(u8::to_string).collect::<String>())
         .collect::<Vec<_>>()

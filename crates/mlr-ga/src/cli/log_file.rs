@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::Args;
 use mlr_filter::OrientationSeries;
 use mlr_ga::AnswerError;
-use mlr_imu::{Columns, read_log};
+use mlr_imu::{Columns, RawSeries, read_log, read_log_with_raw};
 
 #[derive(Debug, Args)]
 pub(super) struct LogFile {
@@ -25,17 +25,30 @@ impl LogFile {
     }
 
     pub(super) fn read(&self) -> anyhow::Result<OrientationSeries> {
+        Ok(read_log(&self.log, &self.columns()?)?)
+    }
+
+    /// The log, and the raw samples that its roll, pitch and yaw were made from.
+    pub(super) fn read_with_raw(&self) -> anyhow::Result<(OrientationSeries, Option<RawSeries>)> {
+        Ok(read_log_with_raw(&self.log, &self.columns()?)?)
+    }
+
+    fn columns(&self) -> anyhow::Result<Columns> {
         let mut columns = Columns::default();
         for mapping in &self.column {
             columns.rename(mapping).context("--column")?;
         }
-        Ok(read_log(&self.log, &columns)?)
+        Ok(columns)
     }
 
     /// Names the log in an error that is the log's fault.
     pub(super) fn blame(&self, error: AnswerError) -> anyhow::Error {
         let of_the_log = error.is_recordings_fault();
-        let error = anyhow::Error::from(error);
+        self.blame_if(of_the_log, error.into())
+    }
+
+    /// Names the log in an error if that is the log's fault.
+    pub(super) fn blame_if(&self, of_the_log: bool, error: anyhow::Error) -> anyhow::Error {
         if of_the_log {
             error.context(self.log.display().to_string())
         } else {

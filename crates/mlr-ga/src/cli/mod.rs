@@ -3,6 +3,8 @@
 mod atlas;
 mod detect;
 mod evaluate;
+mod evaluate_effects;
+mod explain;
 mod explain_sensor;
 mod failure;
 mod identify;
@@ -33,6 +35,9 @@ enum Command {
     Identify(identify::IdentifyOptions),
     /// Finds when the robot in LOG started to walk and when it was damaged.
     Detect(detect::DetectOptions),
+    /// Identifies the robot, traces what its model leaves of the walk to effects that the model
+    /// lacks, adds them, and identifies it again.
+    Explain(explain::ExplainOptions),
     /// Traces what a gyroscope's integrated rate misses of a measured angle to effects that its
     /// data sheet lacks.
     ExplainSensor(explain_sensor::ExplainSensorOptions),
@@ -42,6 +47,8 @@ enum Command {
     Atlas(atlas::AtlasOptions),
     /// Scores answers on directories of logs against what was done to the robots.
     Evaluate(evaluate::EvaluateOptions),
+    /// Scores explanations on directories of logs against what was done to the robots.
+    EvaluateEffects(evaluate_effects::EvaluateEffectsOptions),
 }
 
 #[derive(Debug, Args)]
@@ -64,9 +71,11 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
     pool.install(|| match &cli.command {
         Command::Identify(options) => identify::run(options),
         Command::Detect(options) => detect::run(options),
+        Command::Explain(options) => explain::run(options),
         Command::ExplainSensor(options) => explain_sensor::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
+        Command::EvaluateEffects(options) => evaluate_effects::run(options),
     })
 }

@@ -15,6 +15,15 @@ impl Bar {
         Self(ProgressBar::new(0).with_style(style))
     }
 
+    /// A bar over the steps of an explanation.
+    pub(super) fn of_steps() -> Self {
+        let style = ProgressStyle::with_template(
+            "{bar:40} {pos}/{len} walks and fits, {elapsed} elapsed, {eta} to go",
+        )
+        .expect("the template is a constant that a test renders");
+        Self(ProgressBar::new(0).with_style(style))
+    }
+
     /// A bar over a directory of logs.
     pub(super) fn of_logs(logs: usize) -> Self {
         let style = ProgressStyle::with_template(
@@ -47,6 +56,16 @@ impl Progress for Bar {
     }
 }
 
+impl mlr_residual::Progress for Bar {
+    fn expect_more(&self, steps: usize) {
+        self.0.inc_length(steps as u64);
+    }
+
+    fn advance(&self) {
+        self.0.inc(1);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,10 +74,13 @@ mod tests {
     fn the_template_is_valid() {
         let bar = Bar::new();
         bar.expect(2);
-        bar.advance();
+        Progress::advance(&bar);
         assert_eq!(bar.0.position(), 1);
         let logs = Bar::of_logs(3);
         logs.next_log();
+        let steps = Bar::of_steps();
+        mlr_residual::Progress::expect_more(&steps, 3);
+        assert_eq!(steps.0.length(), Some(3));
         assert_eq!(logs.0.position(), 1);
     }
 }

@@ -35,7 +35,7 @@ struct Entry {
 }
 
 /// Name of the file that says what was done to the robot of each log.
-const FILE: &str = "truth.json";
+pub(super) const FILE: &str = "truth.json";
 
 /// Reads a directory's `truth.json`: one object per log, with at least its
 /// `morphology`.

@@ -8,6 +8,6 @@ mod write;
 
 pub use columns::{ColumnError, Columns};
 pub use error::{LogError, LogProblem};
-pub use read::read_log;
+pub use read::{read_log, read_log_with_raw};
 pub use stream::LogStream;
 pub use write::write_log;

@@ -33,6 +33,24 @@ pub fn read_log(path: &Path, columns: &Columns) -> Result<OrientationSeries, Log
         })
 }
 
+/// Reads a log like [`read_log`], and with it the raw samples from which somebody else
+/// made the roll, pitch and yaw that it holds; `None` where it has no raw columns, or
+/// nothing but raw columns.
+///
+/// # Errors
+/// [`LogError`] naming file and, where it applies, line and column.
+pub fn read_log_with_raw(
+    path: &Path,
+    columns: &Columns,
+) -> Result<(OrientationSeries, Option<RawSeries>), LogError> {
+    open(path)
+        .and_then(|text| parse_with_raw(text, columns))
+        .map_err(|problem| LogError {
+            path: path.into(),
+            problem,
+        })
+}
+
 fn open(path: &Path) -> Result<Box<dyn Read>, LogProblem> {
     let file = File::open(path).map_err(LogProblem::Io)?;
     if file.metadata().map_err(LogProblem::Io)?.is_dir() {
@@ -49,29 +67,96 @@ fn open(path: &Path) -> Result<Box<dyn Read>, LogProblem> {
     })
 }
 
-fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogProblem> {
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        // Loggers like to note their settings above the header.
-        .comment(Some(b'#'))
-        .from_reader(text);
-    let header = reader.headers().map_err(|error| problem(error, 1))?.clone();
-    if header.iter().all(str::is_empty) {
-        return Err(LogProblem::Empty);
+/// A reader behind the header of its text, the header, and the header's line.
+struct Headed<R> {
+    reader: csv::Reader<R>,
+    header: StringRecord,
+    line: u64,
+}
+
+impl<R: Read> Headed<R> {
+    fn new(text: R) -> Result<Self, LogProblem> {
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            // Loggers like to note their settings above the header.
+            .comment(Some(b'#'))
+            .from_reader(text);
+        let header = reader.headers().map_err(|error| problem(error, 1))?.clone();
+        if header.iter().all(str::is_empty) {
+            return Err(LogProblem::Empty);
+        }
+        // The reader stands behind the header; comments may stand before it.
+        let line = reader.position().line().saturating_sub(1);
+        Ok(Self {
+            reader,
+            header,
+            line,
+        })
     }
-    // The reader stands behind the header; comments may stand before it.
-    let line = reader.position().line().saturating_sub(1);
-    let has = |column: &Column| Field::find(&header, line, column).is_ok();
-    if columns.raw.iter().all(has) && !columns.angles.iter().any(has) {
+
+    fn has(&self, column: &Column) -> bool {
+        Field::find(&self.header, self.line, column).is_ok()
+    }
+}
+
+fn vectors(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Vec<Vector3<f64>> {
+    let yz = y.into_iter().zip(z);
+    x.into_iter()
+        .zip(yz)
+        .map(|(x, (y, z))| Vector3::new(x, y, z))
+        .collect()
+}
+
+fn parse_with_raw(
+    text: impl Read,
+    columns: &Columns,
+) -> Result<(OrientationSeries, Option<RawSeries>), LogProblem> {
+    let headed = Headed::new(text)?;
+    let has_both = columns
+        .raw
+        .iter()
+        .chain(&columns.angles)
+        .all(|c| headed.has(c));
+    if !has_both {
+        return Ok((parse_headed(headed, columns)?, None));
+    }
+    let [roll, pitch, yaw] = columns.angles.clone();
+    let [ax, ay, az, gx, gy, gz] = columns.raw.clone();
+    let wanted = [roll, pitch, yaw, ax, ay, az, gx, gy, gz];
+    let Headed {
+        reader,
+        header,
+        line,
+    } = headed;
+    let [times_s, roll, pitch, yaw, ax, ay, az, gx, gy, gz] =
+        read_columns(reader, &header, line, &columns.time, &wanted)?;
+    let raw = RawSeries {
+        times_s: times_s.clone(),
+        accelerations_mps2: vectors(ax, ay, az),
+        angular_rates_radps: vectors(gx, gy, gz),
+    };
+    let orientation = OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?;
+    Ok((orientation, Some(raw)))
+}
+
+fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogProblem> {
+    parse_headed(Headed::new(text)?, columns)
+}
+
+fn parse_headed(
+    headed: Headed<impl Read>,
+    columns: &Columns,
+) -> Result<OrientationSeries, LogProblem> {
+    let only_raw = columns.raw.iter().all(|column| headed.has(column))
+        && !columns.angles.iter().any(|column| headed.has(column));
+    let Headed {
+        reader,
+        header,
+        line,
+    } = headed;
+    if only_raw {
         let [times_s, ax, ay, az, gx, gy, gz] =
             read_columns(reader, &header, line, &columns.time, &columns.raw)?;
-        let vectors = |x: Vec<f64>, y: Vec<f64>, z: Vec<f64>| -> Vec<Vector3<f64>> {
-            let yz = y.into_iter().zip(z);
-            x.into_iter()
-                .zip(yz)
-                .map(|(x, (y, z))| Vector3::new(x, y, z))
-                .collect()
-        };
         let raw = RawSeries {
             times_s,
             accelerations_mps2: vectors(ax, ay, az),

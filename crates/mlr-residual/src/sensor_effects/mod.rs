@@ -24,7 +24,8 @@ mod stamp_jitter;
 mod start_angle;
 mod temperature_drift;
 
-pub use effect::{Commonness, Inapplicable, Parameter, SensorEffect};
+pub use crate::parameter::Parameter;
+pub use effect::{Commonness, Inapplicable, SensorEffect};
 
 /// All effects, in the order in which they act on the signals: first on the time
 /// stamps, then on the rate, then on the integrated angle.

@@ -2,11 +2,13 @@
 
 mod blocks;
 mod noise;
+mod runs;
 mod spectrum;
 mod whiteness;
 
 pub(crate) use blocks::{BlockErrors, chance_of_gain};
 pub(crate) use noise::Noise;
+pub(crate) use runs::runs_p_value;
 pub(crate) use spectrum::dominant_frequency;
 pub(crate) use whiteness::whiteness_p_value;
 

@@ -1,0 +1,240 @@
+//! `mlr-ga evaluate-effects`: explanations against the truth.
+
+use std::{path::PathBuf, time::Instant};
+
+use clap::Args;
+use mlr_ga::{
+    ExplainSettings, IdentifySettings, Model, explain,
+    scoring::{
+        EffectsScore, EffectsTotal, EffectsTruth, KindsVerdict, in_words, read_effects_truths,
+    },
+};
+use mlr_imu::{Columns, read_log_with_raw};
+use mlr_residual::walk::TracingSettings;
+use serde::Serialize;
+
+use super::{
+    identify::SearchName,
+    model_files::{self, AtlasFile, ModelFiles},
+    output,
+    progress::Bar,
+};
+
+/// Version of the JSON output.
+const SCHEMA: &str = "mlr.effects-evaluation/1";
+
+#[derive(Debug, Args)]
+pub(super) struct EvaluateEffectsOptions {
+    /// Directories of logs, each with a truth.json that says what was done to the robots.
+    #[arg(required = true, value_name = "DIR")]
+    directories: Vec<PathBuf>,
+    /// Only logs whose names contain this.
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    #[command(flatten)]
+    atlas: AtlasFile,
+    /// Makes every run repeatable.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Print one JSON object instead of tables.
+    #[arg(long)]
+    json: bool,
+    /// All settings of the tracing, in TOML.
+    #[arg(long, value_name = "FILE")]
+    tracing: Option<PathBuf>,
+    #[command(flatten)]
+    model: ModelFiles,
+}
+
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    logs: Vec<EffectsScore>,
+    unanswered: Vec<Unanswered>,
+    total: EffectsTotal,
+}
+
+#[derive(Serialize)]
+struct Unanswered {
+    log: String,
+    reason: String,
+}
+
+pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
+    let identify = IdentifySettings::default();
+    let tracing: TracingSettings =
+        model_files::load(options.tracing.as_ref(), |text| toml::from_str(text))?
+            .unwrap_or_default();
+    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let atlas = options.atlas.open(&robot, &gait, &identify)?;
+    let model = Model {
+        robot: &robot,
+        gait: &gait,
+        atlas: atlas.as_ref(),
+    };
+    let how = ExplainSettings {
+        identify: &identify,
+        search: SearchName::default_with(atlas.is_some()).search(1),
+        tracing: &tracing,
+        seed: options.seed,
+    };
+    let mut truths = Vec::new();
+    for directory in &options.directories {
+        truths.extend(read_effects_truths(directory, &robot.layout())?);
+    }
+    if let Some(text) = &options.only {
+        truths.retain(|truth| truth.log.name.contains(text));
+    }
+    let bar = Bar::of_logs(truths.len());
+    let mut logs = Vec::new();
+    let mut unanswered = Vec::new();
+    for truth in truths {
+        match score(&truth, model, how) {
+            Ok(score) => logs.push(score),
+            Err(error) => unanswered.push(Unanswered {
+                log: truth.log.name,
+                reason: format!("{error:#}"),
+            }),
+        }
+        bar.next_log();
+    }
+    bar.clear();
+    let report = Report {
+        schema: SCHEMA,
+        total: EffectsTotal::new(&logs),
+        logs,
+        unanswered,
+    };
+    let text = if options.json {
+        serde_json::to_string(&report)? + "\n"
+    } else {
+        report.tables()
+    };
+    Ok(output::result(&text)?)
+}
+
+fn score(
+    truth: &EffectsTruth,
+    model: Model<'_>,
+    how: ExplainSettings<'_>,
+) -> anyhow::Result<EffectsScore> {
+    let started = Instant::now();
+    let (recording, raw) = read_log_with_raw(&truth.log.log, &Columns::default())?;
+    let explained = explain(recording, raw.as_ref(), model, how, &NoProgress)?;
+    let elapsed_s = started.elapsed().as_secs_f64();
+    Ok(EffectsScore::new(truth, &explained.explanation, elapsed_s))
+}
+
+/// The bar counts logs.
+struct NoProgress;
+
+impl mlr_ga::Progress for NoProgress {
+    fn expect(&self, _: usize) {}
+    fn expect_more(&self, _: usize) {}
+    fn advance(&self) {}
+}
+
+impl mlr_residual::Progress for NoProgress {
+    fn expect_more(&self, _: usize) {}
+    fn advance(&self) {}
+}
+
+impl Report {
+    /// Markdown: reads well as it is, and in a document.
+    fn tables(&self) -> String {
+        let mut text =
+            "| log | undeclared | visible | found | verdict | fitted [°] | unseen [°] | \
+                        legs | unexplained |\n|:--|:--|:--|:--|:--|:--|:--|:--|:--|\n"
+                .to_string();
+        for score in &self.logs {
+            text += &row(score);
+        }
+        for unanswered in &self.unanswered {
+            text += &format!(
+                "| {} | no answer: {} |\n",
+                unanswered.log, unanswered.reason
+            );
+        }
+        text + "\n" + &total_text(&self.total)
+    }
+}
+
+fn row(score: &EffectsScore) -> String {
+    let or_none = |words: Vec<String>| match words.is_empty() {
+        true => "none".to_string(),
+        false => words.join("; "),
+    };
+    let truth = score.truth.iter().map(|effect| effect.in_words()).collect();
+    let found = score.found.iter().map(|effect| {
+        let mut words = format!("{} {}", effect.kind, in_words(&effect.parameters));
+        let mut rivals: Vec<&str> = effect.rivals.iter().map(|r| r.kind.as_str()).collect();
+        rivals.dedup();
+        if !rivals.is_empty() {
+            words += &format!(" (or {})", rivals.join(", "));
+        }
+        words
+    });
+    let yes = |value: bool| if value { "yes" } else { "no" };
+    let arrow = |pick: fn(&mlr_residual::walk::StretchErrors) -> f64| {
+        format!(
+            "{:.2} → {:.2} → {:.2}",
+            pick(&score.error_before),
+            pick(&score.error_calibrated),
+            pick(&score.error_after)
+        )
+    };
+    let legs = match (score.legs_right_before, score.legs_right) {
+        (true, true) => "right",
+        (false, true) => "WRONG → right",
+        (true, false) => "right → WRONG",
+        (false, false) => "WRONG",
+    };
+    format!(
+        "| {} | {} | {} | {} | {} | {} | {} | {legs} | {} |\n",
+        score.log,
+        or_none(truth),
+        score.visible.map_or("?", yes),
+        or_none(found.collect()),
+        match score.verdict {
+            KindsVerdict::Right => "right",
+            KindsVerdict::Rival => "as a rival",
+            KindsVerdict::Missed => "missed",
+            KindsVerdict::Wrong => "WRONG",
+            KindsVerdict::Partly => "partly",
+            KindsVerdict::Unexplained => "unexplained",
+        },
+        arrow(|error| error.fit_deg),
+        arrow(|error| error.validation_deg),
+        yes(score.unexplained),
+    )
+}
+
+fn total_text(total: &EffectsTotal) -> String {
+    let ratio = |ratio: Option<f64>| ratio.map_or("-".into(), |ratio| format!("{ratio:.2}"));
+    format!(
+        "visible effects of the library   {} logs: right kind {}, as a rival {}\n\
+         invisible ones                   {} logs: right or none {}\n\
+         outside the library              {} logs: unexplained {}; visible {}, of these unexplained {}\n\
+         undisturbed                      {} logs: none found {}, unexplained {}\n\
+         unseen error, after over before  {} (median of the visible), {} of that with the usual spread fitted\n\
+         legs right                       {} before, {} after\n\
+         time                             {:.0} s at most\n",
+        total.visible,
+        total.visible_right,
+        total.visible_rival,
+        total.invisible,
+        total.invisible_right_or_none,
+        total.outside,
+        total.outside_unexplained,
+        total.outside_visible,
+        total.outside_visible_unexplained,
+        total.undisturbed,
+        total.undisturbed_none,
+        total.undisturbed_unexplained,
+        ratio(total.median_error_ratio),
+        ratio(total.median_calibrated_ratio),
+        total.legs_right[0],
+        total.legs_right[1],
+        total.longest_elapsed_s,
+    )
+}

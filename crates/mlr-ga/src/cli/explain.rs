@@ -1,0 +1,283 @@
+//! `mlr-ga explain`.
+
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use anyhow::Context;
+use clap::Args;
+use mlr_ga::{ExplainSettings, Explained, IdentifySettings, Model, explain};
+use mlr_residual::walk::{StretchErrors, TracedEffect, TracingSettings, WalkExplanation};
+use serde::Serialize;
+
+use super::{
+    identify::SearchName,
+    log_file::LogFile,
+    model_files::{self, AtlasFile, ModelFiles},
+    output,
+    progress::Bar,
+};
+
+/// Version of the JSON output.
+const SCHEMA: &str = "mlr.explanation/1";
+/// Candidates that are shown to people.
+const SHOWN: usize = 6;
+
+#[derive(Debug, Args)]
+pub(super) struct ExplainOptions {
+    #[command(flatten)]
+    log: LogFile,
+    /// How to search the morphologies at first [default: atlas where there is one, else ga].
+    #[arg(long, value_enum)]
+    search: Option<SearchName>,
+    /// Makes every run repeatable.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Log time at which the robot was commanded to walk, where that is known: a delay of servos or
+    /// sensor shows only then.
+    #[arg(long, value_name = "SECONDS")]
+    start_s: Option<f64>,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// Write the JSON object to this file too. An existing file is never overwritten.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// All settings of the identification, in TOML.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// All settings of the tracing, in TOML.
+    #[arg(long, value_name = "FILE")]
+    tracing: Option<PathBuf>,
+    #[command(flatten)]
+    atlas: AtlasFile,
+    #[command(flatten)]
+    model: ModelFiles,
+}
+
+/// The JSON object of an explanation.
+#[derive(Serialize)]
+pub(super) struct Report<'a> {
+    schema: &'static str,
+    log: &'a Path,
+    seed: u64,
+    #[serde(flatten)]
+    explanation: &'a WalkExplanation,
+    elapsed_s: f64,
+}
+
+pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let mut settings: IdentifySettings =
+        model_files::load(options.config.as_ref(), |text| toml::from_str(text))?
+            .unwrap_or_default();
+    settings.motion_start_s = options.start_s.or(settings.motion_start_s);
+    let tracing: TracingSettings =
+        model_files::load(options.tracing.as_ref(), |text| toml::from_str(text))?
+            .unwrap_or_default();
+    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let output = options
+        .output
+        .as_deref()
+        .map(NewFile::reserve)
+        .transpose()?;
+    let (recording, raw) = options.log.read_with_raw()?;
+    let atlas = options.atlas.open(&robot, &gait, &settings)?;
+    let model = Model {
+        robot: &robot,
+        gait: &gait,
+        atlas: atlas.as_ref(),
+    };
+    let search = options
+        .search
+        .unwrap_or(SearchName::default_with(atlas.is_some()))
+        .search(1);
+    let how = ExplainSettings {
+        identify: &settings,
+        search,
+        tracing: &tracing,
+        seed: options.seed,
+    };
+    let bar = Bar::of_steps();
+    let answer = explain(recording, raw.as_ref(), model, how, &bar);
+    bar.clear();
+    let Explained {
+        identification,
+        explanation,
+    } = answer.map_err(|error| {
+        let of_the_log = error.is_recordings_fault();
+        options.log.blame_if(of_the_log, error.into())
+    })?;
+    for warning in identification.warnings.iter().chain(&explanation.warnings) {
+        output::warning(warning);
+    }
+    let report = Report {
+        schema: SCHEMA,
+        log: options.log.path(),
+        seed: options.seed,
+        explanation: &explanation,
+        elapsed_s: started.elapsed().as_secs_f64(),
+    };
+    let json = serde_json::to_string(&report)? + "\n";
+    if let Some(file) = output {
+        file.write(&json)?;
+    }
+    let text = if options.json { json } else { table(&report) };
+    Ok(output::result(&text)?)
+}
+
+/// A file that appears under its name only when it is complete.
+struct NewFile<'a> {
+    path: &'a Path,
+    unfinished: tempfile::NamedTempFile,
+}
+
+impl<'a> NewFile<'a> {
+    /// Makes sure that the file can be written before the work begins.
+    fn reserve(path: &'a Path) -> anyhow::Result<Self> {
+        let name = || path.display().to_string();
+        if path.exists() {
+            return Err(anyhow::anyhow!("exists, expected a new file")).with_context(name);
+        }
+        let folder = match path.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        let unfinished = tempfile::NamedTempFile::new_in(folder).with_context(name)?;
+        Ok(Self { path, unfinished })
+    }
+
+    fn write(mut self, text: &str) -> anyhow::Result<()> {
+        let name = || self.path.display().to_string();
+        self.unfinished
+            .write_all(text.as_bytes())
+            .with_context(name)?;
+        self.unfinished
+            .persist_noclobber(self.path)
+            .map_err(|error| error.error)
+            .with_context(name)?;
+        Ok(())
+    }
+}
+
+/// The answer for people.
+fn table(report: &Report<'_>) -> String {
+    let found = report.explanation;
+    let mut table = output::Table::default();
+    table.line("log", report.log.display());
+    let spelled = |rows: &[Vec<u8>]| super::identify::spelled(rows);
+    if found.morphology == found.morphology_before {
+        table.line("morphology", spelled(&found.morphology));
+    } else {
+        table.line("morphology", spelled(&found.morphology_before));
+        table.line(
+            "",
+            format!("{}  with the effects in place", spelled(&found.morphology)),
+        );
+    }
+    table.line("legs damaged", legs(&found.damaged_legs));
+    table.line(
+        "RMS error",
+        format!(
+            "fitted {:.1} s: all   roll  pitch    yaw   unseen {:.1} s: all   roll  pitch    yaw",
+            found.stretch_s, found.stretch_s
+        ),
+    );
+    table.line("as described", errors(&found.error_before));
+    table.line("usual spread", errors(&found.error_calibrated));
+    for effect in &found.effects {
+        table.line(
+            "with",
+            format!("{}   {}", errors(&effect.error), effect.kind),
+        );
+    }
+    table.line("at last", errors(&found.error_after));
+    if found.effects.is_empty() {
+        table.line(
+            "effects",
+            "none: the model lacks nothing that it could tell",
+        );
+    }
+    table.lines("effects", found.effects.iter().map(effect_text));
+    table.lines(
+        "not added",
+        found
+            .candidates
+            .iter()
+            .take(SHOWN)
+            .map(|candidate| format!("{:<18}{}", candidate.kind, candidate.verdict)),
+    );
+    let residual = &found.residual;
+    table.line(
+        "remains",
+        format!(
+            "{:.2}° of {}, usual {:.2}°: {}",
+            residual.remaining_deg, residual.axis, residual.usual_deg, residual.explains
+        ),
+    );
+    if let (Some(frequency_hz), Some(amplitude_deg)) =
+        (residual.frequency_hz, residual.amplitude_deg)
+    {
+        table.line(
+            "",
+            format!(
+                "strongest at {frequency_hz:.2} Hz with {amplitude_deg:.2}°, {} step with the gait{}",
+                if residual.locked_to_gait { "in" } else { "out of" },
+                residual
+                    .body_torque_nm
+                    .map_or(String::new(), |t| format!("; {t:.2} N m on the free body")),
+            ),
+        );
+    }
+    table.line("unexplained", if found.unexplained { "yes" } else { "no" });
+    table.line("time", format!("{:.1} s", report.elapsed_s));
+    table.into_text()
+}
+
+fn legs(numbers: &[usize]) -> String {
+    if numbers.is_empty() {
+        return "none".into();
+    }
+    let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+    numbers.join(", ")
+}
+
+fn errors(error: &StretchErrors) -> String {
+    let stretch = |all: f64, axes: [f64; 3]| {
+        let [roll, pitch, yaw] = axes;
+        format!("{all:>6.2}° {roll:>5.2}° {pitch:>5.2}° {yaw:>5.2}°")
+    };
+    format!(
+        "            {}               {}",
+        stretch(error.fit_deg, error.fit_axes_deg),
+        stretch(error.validation_deg, error.validation_axes_deg)
+    )
+}
+
+fn effect_text(effect: &TracedEffect) -> String {
+    let parameters = effect.parameters.iter().map(|(name, value)| {
+        let interval = effect
+            .interval_95
+            .get(name)
+            .map_or(String::new(), |[low, high]| {
+                format!(" ({low:.3} to {high:.3})")
+            });
+        format!("{name} {value}{interval}")
+    });
+    let parameters: Vec<String> = parameters.collect();
+    let mut text = format!("{}: {}", effect.kind, parameters.join(", "));
+    if !effect.undetermined.is_empty() {
+        text += &format!("; not determined: {}", effect.undetermined.join(", "));
+    }
+    if !effect.at_bound.is_empty() {
+        text += &format!("; at its bound: {}", effect.at_bound.join(", "));
+    }
+    if !effect.rivals.is_empty() {
+        let mut kinds: Vec<&str> = effect.rivals.iter().map(|r| r.kind.as_str()).collect();
+        kinds.dedup();
+        text += &format!("; as good within noise: {}", kinds.join(", "));
+    }
+    text
+}

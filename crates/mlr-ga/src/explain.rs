@@ -1,0 +1,216 @@
+//! From a recording to what the model of its robot lacks.
+
+use mlr_filter::OrientationSeries;
+use mlr_imu::RawSeries;
+use mlr_model::{LegLayout, Morphology};
+use mlr_residual::{
+    Progress,
+    walk::{
+        Suspect, TracingSettings, WalkError, WalkExplanation, WalkModel, WalkRecord, explain_walk,
+    },
+};
+use thiserror::Error;
+
+use crate::{
+    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Model, Search, identify,
+};
+
+/// Why a recording has no explanation.
+#[derive(Debug, Error)]
+pub enum ExplainError {
+    /// The robot could not be identified in the first place.
+    #[error(transparent)]
+    Answer(#[from] AnswerError),
+    /// Its walk could not be traced.
+    #[error(transparent)]
+    Walk(#[from] WalkError),
+    /// The walk began before the recording: its phase would have to be guessed.
+    #[error("the log does not show the start of the walk, expected the robot to stand first")]
+    NoStart,
+}
+
+impl ExplainError {
+    /// Whether the recording is at fault, rather than what was asked of it.
+    pub fn is_recordings_fault(&self) -> bool {
+        match self {
+            Self::Answer(error) => error.is_recordings_fault(),
+            Self::Walk(error) => error.is_recordings_fault(),
+            Self::NoStart => true,
+        }
+    }
+}
+
+/// An explanation, and the identification that it began with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Explained {
+    /// The robot as identified without any effect.
+    pub identification: Identification,
+    /// What the model lacks.
+    pub explanation: WalkExplanation,
+}
+
+/// What is explained, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct ExplainSettings<'a> {
+    /// The identification, with and without effects.
+    pub identify: &'a IdentifySettings,
+    /// The search of the first identification.
+    pub search: Search,
+    /// The search for effects.
+    pub tracing: &'a TracingSettings,
+    /// Seed of the identifications.
+    pub seed: u64,
+}
+
+/// Morphologies that are weighed against the one identified.
+const SUSPECTS: usize = 16;
+/// A robot is at rest until so long before its walk is seen to start.
+const MARGIN_S: f64 = 0.1;
+/// Standing longer ago than this before the walk tells nothing of the sensor now.
+const REST_S: f64 = 8.0;
+
+/// Identifies the robot, traces what the model leaves of its walk to effects that the
+/// model lacks, and identifies it again with each of them in place.
+///
+/// `raw` are the samples from which roll, pitch and yaw of the recording were made by
+/// its sensor's own filter, where they are known.
+///
+/// # Errors
+/// [`ExplainError`].
+pub fn explain(
+    recording: OrientationSeries,
+    raw: Option<&RawSeries>,
+    model: Model<'_>,
+    settings: ExplainSettings<'_>,
+    progress: &(impl Progress + crate::Progress),
+) -> Result<Explained, ExplainError> {
+    let ExplainSettings {
+        identify: identify_settings,
+        search,
+        tracing,
+        seed,
+    } = settings;
+    let Model { robot, gait, .. } = model;
+    let measured = MeasuredWalk::new(recording.clone(), gait, identify_settings)?;
+    let identification = identify(
+        recording.clone(),
+        model,
+        identify_settings,
+        search,
+        seed,
+        progress,
+    )?;
+    let start_s = virtual_start_s(&measured, gait)?;
+    let walk_start_s = measured.start().start_s;
+    let rest_rate_dps = raw
+        .and_then(|raw| raw.rest_rate_radps(walk_start_s - REST_S, walk_start_s - MARGIN_S))
+        .map(|rate| [rate.x, rate.y, rate.z].map(f64::to_degrees));
+    let record = WalkRecord::new(
+        measured.recording(),
+        start_s,
+        identify_settings.motion_start_s.is_some(),
+        measured.window().start_s,
+        rest_rate_dps,
+    )?;
+    let nominal = WalkModel::nominal(
+        robot.clone(),
+        gait.clone(),
+        identify_settings.simulation.clone(),
+    );
+    let layout = robot.layout();
+    let suspects = suspects(&identification, &layout, identify_settings);
+    let identify_again = |with_effects: &WalkModel| -> Vec<Suspect> {
+        again(
+            with_effects,
+            &recording,
+            identify_settings,
+            walk_start_s,
+            seed,
+        )
+        .map(|found| self::suspects(&found, &layout, identify_settings))
+        .unwrap_or_default()
+    };
+    let explanation = explain_walk(
+        &record,
+        &nominal,
+        &suspects,
+        &identify_again,
+        tracing,
+        progress,
+    )?;
+    Ok(Explained {
+        identification,
+        explanation,
+    })
+}
+
+/// When the walk of a robot that was damaged from the beginning would have started: with
+/// the walk, or, where damage struck in mid-walk, so that it has found its steady gait
+/// when the compared stretch begins.
+fn virtual_start_s(measured: &MeasuredWalk, gait: &mlr_model::Gait) -> Result<f64, ExplainError> {
+    match measured.phase() {
+        GaitPhase::Start => Ok(measured.start().start_s),
+        GaitPhase::Elapsed { since_start_s } => {
+            let steady_s = (gait.ramp_s / gait.period_s).ceil() * gait.period_s + gait.period_s;
+            let phase_s = since_start_s.rem_euclid(gait.period_s);
+            Ok(measured.window().start_s - steady_s - phase_s)
+        }
+        GaitPhase::Unknown => Err(ExplainError::NoStart),
+    }
+}
+
+/// The morphologies that the recording does not rule out, the likeliest first.
+fn suspects(
+    found: &Identification,
+    layout: &LegLayout,
+    settings: &IdentifySettings,
+) -> Vec<Suspect> {
+    let alternatives = found.alternatives.iter().map(|one| &one.morphology);
+    let rows = std::iter::once(&found.morphology)
+        .chain(alternatives)
+        .chain(&found.indistinguishable);
+    let mut suspects: Vec<Suspect> = Vec::new();
+    for rows in rows {
+        let existence: Vec<bool> = rows.iter().flatten().map(|link| *link != 0).collect();
+        let Ok(morphology) = Morphology::from_existence(layout, &existence) else {
+            continue;
+        };
+        if suspects.len() < SUSPECTS && !suspects.iter().any(|s| s.morphology == morphology) {
+            suspects.push(Suspect {
+                ln_prior: settings.prior.ln(&morphology),
+                morphology,
+            });
+        }
+    }
+    suspects
+}
+
+/// Identifies the robot with effects in its model. The model is as it should be, so that
+/// no variations of it are tried.
+fn again(
+    with_effects: &WalkModel,
+    recording: &OrientationSeries,
+    settings: &IdentifySettings,
+    walk_start_s: f64,
+    seed: u64,
+) -> Option<Identification> {
+    let robot = with_effects
+        .robot
+        .clone()
+        .with_servo(with_effects.servo)
+        .ok()?;
+    let corrected = with_effects.sensing.correct(recording);
+    let settings = IdentifySettings {
+        variations: settings.variations.iter().take(1).copied().collect(),
+        simulation: with_effects.simulation.clone(),
+        motion_start_s: Some(walk_start_s),
+        ..settings.clone()
+    };
+    let model = Model {
+        robot: &robot,
+        gait: &with_effects.gait,
+        atlas: None,
+    };
+    let search = Search::Genetic { repeats: 1 };
+    identify(corrected, model, &settings, search, seed, &()).ok()
+}

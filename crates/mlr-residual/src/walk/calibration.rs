@@ -1,0 +1,194 @@
+//! Fitting the usual differences before any effect is looked for.
+
+use mlr_model::{ModelError, Morphology};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Comparison, ErrorWeights, Placed, UsualDifferences, WalkModel, WalkRecord, Walker,
+    usual::{Difference, NearbyWalks},
+};
+
+/// How models of a walk are compared with its record.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ComparisonSettings {
+    /// How robots usually differ from their description.
+    pub usual: UsualDifferences,
+    /// What errors weigh.
+    pub weights: ErrorWeights,
+}
+
+/// A model that differs from its description by what is usual, as it fits best.
+#[derive(Debug)]
+pub(crate) struct Calibration<'a> {
+    /// The model, its effects not included.
+    pub(crate) model: WalkModel,
+    /// Compares with the usual differences left free around those of the model.
+    pub(crate) comparison: Comparison<'a>,
+}
+
+/// How long an orientation filter may trust the gyroscope while the body shakes: some
+/// ignore the accelerometer then.
+const FILTER_TIMES_S: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 64.0];
+/// Rounds after which it is taken as it is.
+const MAX_ROUNDS: usize = 4;
+/// Shares of a step that are tried until one helps.
+const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
+/// Gain below which it has settled.
+const SETTLED: f64 = 0.3;
+
+impl<'a> Calibration<'a> {
+    /// Fits the usual differences of a model with `effects`; `None` when it diverges.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the model makes no sense.
+    pub(crate) fn new(
+        settings: &ComparisonSettings,
+        nominal: &WalkModel,
+        effects: &[Placed],
+        morphology: &Morphology,
+        record: &'a WalkRecord,
+    ) -> Result<Option<Self>, ModelError> {
+        let calibrate = Calibrate {
+            settings,
+            effects,
+            morphology,
+            record,
+        };
+        let there = vec![0.0; Difference::ALL.len()];
+        let Some(mut best) = calibrate.at(nominal.clone(), there)? else {
+            return Ok(None);
+        };
+        for _ in 0..MAX_ROUNDS {
+            let sizes = best.sizes.clone();
+            let mut gain = 0.0;
+            for share in STEP_SHARES {
+                let tried = calibrate.moved(&best, &sizes, share)?;
+                if let Some(tried) = tried.filter(|tried| tried.cost < best.cost) {
+                    gain = best.cost - tried.cost;
+                    best = tried;
+                    break;
+                }
+            }
+            if gain < SETTLED {
+                break;
+            }
+        }
+        let weights = settings.weights;
+        Ok(Some(Self {
+            comparison: Comparison::new(record, weights, best.traces, best.there),
+            model: best.model,
+        }))
+    }
+}
+
+impl<'a> Calibration<'a> {
+    /// The cost of a model with effects when the usual differences are fitted in a
+    /// straight line: a first look. `None` when it diverges.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the model makes no sense.
+    pub(crate) fn glance(
+        settings: &ComparisonSettings,
+        nominal: &WalkModel,
+        effects: &[Placed],
+        morphology: &Morphology,
+        record: &'a WalkRecord,
+    ) -> Result<Option<f64>, ModelError> {
+        let calibrate = Calibrate {
+            settings,
+            effects,
+            morphology,
+            record,
+        };
+        let there = vec![0.0; Difference::ALL.len()];
+        let stage = calibrate.at(nominal.clone(), there)?;
+        Ok(stage.map(|stage| stage.cost))
+    }
+
+    /// Compares with the model as it is, the usual differences left free around it.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the model makes no sense.
+    pub(crate) fn uncalibrated(
+        settings: &ComparisonSettings,
+        model: &WalkModel,
+        morphology: &Morphology,
+        record: &'a WalkRecord,
+    ) -> Result<Option<Comparison<'a>>, ModelError> {
+        let ComparisonSettings { usual, weights } = settings;
+        let walks = NearbyWalks::new(usual, model, morphology, record)?;
+        Ok(walks.map(|walks| {
+            let there = vec![0.0; Difference::ALL.len()];
+            Comparison::new(record, *weights, walks.traces(usual, model, record), there)
+        }))
+    }
+}
+
+struct Calibrate<'a, 'r> {
+    settings: &'a ComparisonSettings,
+    effects: &'a [Placed],
+    morphology: &'a Morphology,
+    record: &'r WalkRecord,
+}
+
+/// Where a calibration has come to.
+struct Stage {
+    model: WalkModel,
+    there: Vec<f64>,
+    traces: Vec<super::Trace>,
+    /// What the traces would still add.
+    sizes: Vec<f64>,
+    cost: f64,
+}
+
+impl Calibrate<'_, '_> {
+    /// Measures a model, with the filter time that suits it.
+    fn at(&self, model: WalkModel, there: Vec<f64>) -> Result<Option<Stage>, ModelError> {
+        let ComparisonSettings { usual, weights } = self.settings;
+        let walker = Walker {
+            model: &model,
+            morphology: self.morphology,
+        };
+        let with_effects = walker.with(self.effects);
+        let walks = NearbyWalks::new(usual, &with_effects, self.morphology, self.record)?;
+        let Some(walks) = walks else {
+            return Ok(None);
+        };
+        let mut best: Option<Stage> = None;
+        for filter_time_s in FILTER_TIMES_S {
+            let mut tried = with_effects.clone();
+            tried.sensing.filter_time_s = filter_time_s;
+            let traces = walks.traces(usual, &tried, self.record);
+            let comparison = Comparison::new(self.record, *weights, traces.clone(), there.clone());
+            let observed = walks.observed(&tried, self.record);
+            let settled = comparison.settle(&observed, tried.sensing.bias_dps, &[]);
+            if best.as_ref().is_none_or(|best| settled.cost < best.cost) {
+                let mut model = model.clone();
+                model.sensing.filter_time_s = filter_time_s;
+                best = Some(Stage {
+                    model,
+                    there: there.clone(),
+                    traces,
+                    sizes: settled.sizes,
+                    cost: settled.cost,
+                });
+            }
+        }
+        Ok(best)
+    }
+
+    /// Moves the model by a share of what the traces would still add.
+    fn moved(&self, from: &Stage, sizes: &[f64], share: f64) -> Result<Option<Stage>, ModelError> {
+        let mut model = from.model.clone();
+        let mut there = from.there.clone();
+        for (k, difference) in Difference::ALL.into_iter().enumerate() {
+            if difference.is_of_model() {
+                let size = share * sizes[k];
+                difference.apply(&self.settings.usual, size, self.record, &mut model);
+                there[k] += size;
+            }
+        }
+        self.at(model, there)
+    }
+}

@@ -1,0 +1,305 @@
+//! How far a predicted walk is from the measured one.
+
+use mlr_filter::Axes;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Trace, WalkRecord,
+    usual::{Difference, difference},
+};
+
+/// What errors of a predicted walk weigh.
+///
+/// They are not noise: they come from what the model lacks and repeat with the gait, so
+/// that a stretch holds few independent ones, and their size is not known beforehand.
+/// Marginalised over that size, n errors of mean square S cost n · ln(S).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ErrorWeights {
+    /// Independent errors of roll, pitch and yaw in a stretch of several cycles.
+    pub independent_errors: [f64; 3],
+    /// Errors below this size say nothing: what no model of a walk gets right.
+    pub floor_deg: [f64; 3],
+    /// The same for roll and pitch of the standing robot.
+    pub standing_deg: f64,
+    /// The same for rates at rest.
+    pub rest_rate_dps: f64,
+}
+
+impl Default for ErrorWeights {
+    fn default() -> Self {
+        Self {
+            independent_errors: [5.0, 5.0, 3.0],
+            floor_deg: [0.06, 0.06, 0.12],
+            standing_deg: 0.05,
+            rest_rate_dps: 0.05,
+        }
+    }
+}
+
+/// Compares predictions with a record, the usual differences fitted along.
+#[derive(Debug, Clone)]
+pub(crate) struct Comparison<'a> {
+    pub(crate) record: &'a WalkRecord,
+    pub(crate) weights: ErrorWeights,
+    usual: Vec<Trace>,
+    /// How much of each usual difference the predictions have already, in standard
+    /// deviations.
+    pub(crate) there: Vec<f64>,
+    /// Linear functions of standing angles that must come out right: each a weight per
+    /// standing sample of one axis, in units of its deviation.
+    standing: Vec<(usize, Vec<f64>)>,
+}
+
+/// A predicted walk laid over the record as well as the usual differences allow.
+#[derive(Debug, Clone)]
+pub(crate) struct Settled {
+    /// Size of each usual difference in standard deviations; after them the extra traces.
+    pub(crate) sizes: Vec<f64>,
+    /// Measured less predicted, degrees, over all samples that were predicted.
+    pub(crate) residual_deg: Axes<Vec<f64>>,
+    /// Mean square on the fitted stretch.
+    pub(crate) fit_deg2: [f64; 3],
+    /// Twice the negative logarithm of likelihood times prior, up to a constant.
+    pub(crate) cost: f64,
+    /// Covariance of the sizes.
+    pub(crate) covariance: DMatrix<f64>,
+}
+
+/// Rounds of weighing the axes by what is left of them.
+const ROUNDS: usize = 4;
+
+impl<'a> Comparison<'a> {
+    pub(crate) fn new(
+        record: &'a WalkRecord,
+        weights: ErrorWeights,
+        usual: Vec<Trace>,
+        there: Vec<f64>,
+    ) -> Self {
+        Self {
+            record,
+            weights,
+            usual,
+            there,
+            standing: standing_functions(record, &weights),
+        }
+    }
+
+    /// The same without any usual difference but the zeros of yaw and time: the model as
+    /// described.
+    pub(crate) fn as_described(&self) -> Comparison<'a> {
+        Comparison {
+            record: self.record,
+            weights: self.weights,
+            usual: Difference::ALL
+                .into_iter()
+                .zip(&self.usual)
+                .filter(|(difference, _)| difference.is_of_zeros())
+                .map(|(_, trace)| trace.clone())
+                .collect(),
+            there: Vec::new(),
+            standing: Vec::new(),
+        }
+    }
+
+    /// Fits the usual differences, and as many of the `extra` traces as it takes, to what
+    /// the prediction leaves on the fitted stretch. Extra traces cost nothing.
+    pub(crate) fn settle(
+        &self,
+        predicted_deg: &Axes<Vec<f64>>,
+        bias_dps: [f64; 3],
+        extra: &[Trace],
+    ) -> Settled {
+        let residual = difference(self.record.measured_deg(), predicted_deg);
+        let rest_residual = self.record.rest_rate_dps().map(|rest| {
+            [0, 1, 2].map(|axis| (rest[axis] - bias_dps[axis]) / self.weights.rest_rate_dps)
+        });
+        let traces: Vec<&Trace> = self.usual.iter().chain(extra).collect();
+        let count = traces.len();
+        let axes = residual.as_ref().into_array();
+        let fit = self.record.fit();
+        let floor2 = self.weights.floor_deg.map(|floor| floor * floor);
+        let mut left = axes.map(|axis| axis.clone());
+        let mut square = left.each_ref().map(|axis| mean_square(&axis[fit.clone()]));
+        let mut sizes = DVector::zeros(count);
+        let mut covariance = DMatrix::zeros(count, count);
+        for _ in 0..ROUNDS {
+            let mut normal = DMatrix::zeros(count, count);
+            let mut gradient = DVector::zeros(count);
+            for k in 0..count {
+                // A usual difference costs its square, an extra one next to nothing.
+                normal[(k, k)] += if k < self.usual.len() { 1.0 } else { 1e-9 };
+                gradient[k] -= self.there.get(k).copied().unwrap_or(0.0);
+            }
+            for axis in 0..3 {
+                let weight = self.weights.independent_errors[axis]
+                    / (fit.len() as f64 * (square[axis] + floor2[axis]));
+                let columns: Vec<&[f64]> = traces
+                    .iter()
+                    .map(|trace| &trace.of_axis(axis)[fit.clone()])
+                    .collect();
+                add_rows(
+                    &mut normal,
+                    &mut gradient,
+                    &columns,
+                    &axes[axis][fit.clone()],
+                    weight,
+                );
+            }
+            for (axis, function) in &self.standing {
+                let columns: Vec<f64> = traces
+                    .iter()
+                    .map(|trace| dot(function, trace.of_axis(*axis)))
+                    .collect();
+                let value = dot(function, axes[*axis]);
+                add_row(&mut normal, &mut gradient, &columns, value);
+            }
+            if let Some(rest) = rest_residual {
+                for axis in 0..3 {
+                    let columns: Vec<f64> = traces
+                        .iter()
+                        .map(|trace| trace.rest_rate_dps[axis] / self.weights.rest_rate_dps)
+                        .collect();
+                    add_row(&mut normal, &mut gradient, &columns, rest[axis]);
+                }
+            }
+            let Some(factors) = normal.cholesky() else {
+                break;
+            };
+            sizes = factors.solve(&gradient);
+            covariance = factors.inverse();
+            for axis in 0..3 {
+                left[axis].clone_from(axes[axis]);
+                for (trace, size) in traces.iter().zip(sizes.iter()) {
+                    for (value, change) in left[axis].iter_mut().zip(trace.of_axis(axis)) {
+                        *value -= size * change;
+                    }
+                }
+            }
+            square = left.each_ref().map(|axis| mean_square(&axis[fit.clone()]));
+        }
+        let of_errors = self.cost_of(square);
+        let there = self.there.iter().copied().chain(std::iter::repeat(0.0));
+        let of_usual: f64 = sizes
+            .iter()
+            .take(self.usual.len())
+            .zip(there)
+            .map(|(size, there)| (there + size).powi(2))
+            .sum();
+        let of_standing: f64 = self
+            .standing
+            .iter()
+            .map(|(axis, function)| dot(function, &left[*axis]).powi(2))
+            .sum();
+        let of_rest: f64 = rest_residual.map_or(0.0, |rest| {
+            let left = (0..3).map(|axis| {
+                let added: f64 = traces
+                    .iter()
+                    .zip(sizes.iter())
+                    .map(|(trace, size)| size * trace.rest_rate_dps[axis])
+                    .sum();
+                rest[axis] - added / self.weights.rest_rate_dps
+            });
+            left.map(|value| value * value).sum()
+        });
+        let [roll, pitch, yaw] = left;
+        Settled {
+            sizes: sizes.iter().copied().collect(),
+            residual_deg: Axes { roll, pitch, yaw },
+            fit_deg2: square,
+            cost: of_errors + of_usual + of_standing + of_rest,
+            covariance,
+        }
+    }
+
+    /// What errors of these mean squares cost.
+    pub(crate) fn cost_of(&self, mean_square_deg2: [f64; 3]) -> f64 {
+        (0..3)
+            .map(|axis| {
+                let floor = self.weights.floor_deg[axis];
+                let square = mean_square_deg2[axis] + floor * floor;
+                self.weights.independent_errors[axis] * square.ln()
+            })
+            .sum()
+    }
+
+    /// How many usual differences there are.
+    pub(crate) fn usual(&self) -> usize {
+        self.usual.len()
+    }
+}
+
+impl Settled {
+    /// Mean square of each axis on a stretch.
+    pub(crate) fn mean_square_deg2(&self, stretch: std::ops::Range<usize>) -> [f64; 3] {
+        let axes = self.residual_deg.as_ref().into_array();
+        axes.map(|axis| mean_square(&axis[stretch.clone()]))
+    }
+}
+
+impl Trace {
+    fn of_axis(&self, axis: usize) -> &[f64] {
+        match axis {
+            0 => &self.angles_deg.roll,
+            1 => &self.angles_deg.pitch,
+            _ => &self.angles_deg.yaw,
+        }
+    }
+}
+
+/// Mean roll and pitch, and the slope of the yaw where rates at rest are not known.
+fn standing_functions(record: &WalkRecord, weights: &ErrorWeights) -> Vec<(usize, Vec<f64>)> {
+    let standing = record.standing();
+    let n = standing.len();
+    if n < 5 {
+        return Vec::new();
+    }
+    let mean = vec![1.0 / (n as f64 * weights.standing_deg); n];
+    let mut functions = vec![(0, mean.clone()), (1, mean)];
+    if record.rest_rate_dps().is_none() {
+        let middle = (n as f64 - 1.0) / 2.0;
+        let line: Vec<f64> = (0..n)
+            .map(|index| (index as f64 - middle) * WalkRecord::PERIOD_S)
+            .collect();
+        let length2: f64 = line.iter().map(|x| x * x).sum();
+        // A short stand tells the rate badly.
+        let deviation_dps = weights.rest_rate_dps.max(0.05 / length2.sqrt());
+        let slope = line.iter().map(|x| x / (length2 * deviation_dps)).collect();
+        functions.push((2, slope));
+    }
+    functions
+}
+
+fn add_rows(
+    normal: &mut DMatrix<f64>,
+    gradient: &mut DVector<f64>,
+    columns: &[&[f64]],
+    values: &[f64],
+    weight: f64,
+) {
+    for (k, column) in columns.iter().enumerate() {
+        gradient[k] += weight * dot(column, values);
+        for (l, other) in columns.iter().enumerate().skip(k) {
+            let product = weight * dot(column, other);
+            normal[(k, l)] += product;
+            if l != k {
+                normal[(l, k)] += product;
+            }
+        }
+    }
+}
+
+fn add_row(normal: &mut DMatrix<f64>, gradient: &mut DVector<f64>, columns: &[f64], value: f64) {
+    let columns: Vec<&[f64]> = columns.iter().map(std::slice::from_ref).collect();
+    add_rows(normal, gradient, &columns, &[value], 1.0);
+}
+
+/// Over as many as the shorter one has.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+pub(crate) fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64
+}

@@ -1,0 +1,83 @@
+//! The model of a walk: the body, its gait, its ground, and the sensor on it.
+
+use mlr_filter::{Axes, OrientationSeries};
+use mlr_model::{
+    Gait, ModelError, Morphology, Outcome, Robot, Servo, SimulationSettings, Simulator,
+};
+
+use super::{Sensing, WalkRecord};
+
+/// How long a robot is recorded standing before it walks: what comes before is the
+/// same.
+const STAND_S: f64 = 0.1;
+
+/// Everything that decides what a sensor reports of a walk but for the morphology.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WalkModel {
+    /// The robot in full health.
+    pub robot: Robot,
+    /// The servo in every joint.
+    pub servo: Servo,
+    /// The gait that it walks.
+    pub gait: Gait,
+    /// Ground, payload, faults, and how it is simulated. Durations follow from what
+    /// is asked for.
+    pub simulation: SimulationSettings,
+    /// Duration of the robot's gait over the nominal one, where only the clock differs.
+    pub clock: f64,
+    /// The sensor on the body.
+    pub sensing: Sensing,
+}
+
+impl WalkModel {
+    /// A robot as described, with a sensor without faults.
+    pub fn nominal(robot: Robot, gait: Gait, simulation: SimulationSettings) -> Self {
+        Self {
+            servo: *robot.servo(),
+            robot,
+            gait,
+            simulation,
+            clock: 1.0,
+            sensing: Sensing::default(),
+        }
+    }
+
+    /// Moves the centre of mass of the body forward, to the left and up.
+    pub(crate) fn move_center_of_mass(&mut self, by_m: [f64; 3]) {
+        self.robot = self.robot.clone().with_center_of_mass_moved(by_m);
+    }
+
+    /// The body's orientation over the time since the start of the walk, long enough for
+    /// the first `samples` samples of the record; `None` when it diverges.
+    ///
+    /// # Errors
+    /// [`ModelError`] when a parameter makes no sense.
+    pub(crate) fn walk(
+        &self,
+        morphology: &Morphology,
+        record: &WalkRecord,
+        samples: usize,
+    ) -> Result<Option<OrientationSeries>, ModelError> {
+        let settings = SimulationSettings {
+            duration_s: record.walk_s(samples),
+            stand_s: STAND_S,
+            ..self.simulation.clone()
+        };
+        let robot = self.robot.clone().with_servo(self.servo)?;
+        let simulator = Simulator::new(robot, &self.gait, settings)?;
+        Ok(match simulator.simulate(morphology) {
+            Outcome::Walked(trajectory) => Some(trajectory.orientation),
+            Outcome::Diverged { .. } => None,
+        })
+    }
+
+    /// What the sensor reports of such a walk, degrees.
+    pub(crate) fn observe(
+        &self,
+        body: &OrientationSeries,
+        record: &WalkRecord,
+        samples: usize,
+    ) -> Axes<Vec<f64>> {
+        self.sensing.observe(body, self.clock, record, samples)
+    }
+}

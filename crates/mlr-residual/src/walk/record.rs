@@ -1,0 +1,187 @@
+//! The part of a recording that a model has to explain.
+
+use std::ops::Range;
+
+use mlr_filter::{Axes, MovingMean, OrientationSeries};
+
+use super::WalkError;
+
+/// Roll, pitch and yaw of a standing and then walking robot at an even rate, divided
+/// into the stretch on which effects are fitted and the one that judges them.
+#[derive(Debug, Clone)]
+pub struct WalkRecord {
+    times_s: Vec<f64>,
+    measured_deg: Axes<Vec<f64>>,
+    start_s: f64,
+    start_is_told: bool,
+    standing: Range<usize>,
+    fit: Range<usize>,
+    unseen: Range<usize>,
+    rest_rate_dps: Option<[f64; 3]>,
+    noise_deg: Axes<f64>,
+}
+
+/// Longest stretch that is fitted, and that is judged.
+const LONGEST_S: f64 = 8.0;
+/// Shortest one of any use: a gait's cycle and a half.
+const SHORTEST_S: f64 = 1.5;
+/// Standing longer ago than this before the walk is left out.
+const STANDING_S: f64 = 8.0;
+/// The end of the standing stretch, where the start may already show.
+const MARGIN_S: f64 = 0.1;
+
+impl WalkRecord {
+    /// Samples per second.
+    pub const RATE_HZ: f64 = 25.0;
+    /// Time between two samples.
+    pub const PERIOD_S: f64 = 1.0 / Self::RATE_HZ;
+    /// Angles are means over the time between two samples.
+    pub(crate) const HALF_WIDTH_S: f64 = 0.5 / Self::RATE_HZ;
+
+    /// Divides a recording whose time stamps increase and whose robot starts to walk at
+    /// `start_s`: `start_is_told` where that is when it was commanded to, rather than
+    /// when it was seen to. The first half of the walk is for fitting and the second
+    /// judges. What comes before `from_s` of the walk is left out.
+    ///
+    /// `rest_rate_dps` is the mean of the gyroscope's raw rates while the robot stands,
+    /// where they are known and went into roll, pitch and yaw.
+    ///
+    /// # Errors
+    /// [`WalkError::TooShort`] when there is too little of the walk for two stretches.
+    pub fn new(
+        recording: &OrientationSeries,
+        start_s: f64,
+        start_is_told: bool,
+        from_s: f64,
+        rest_rate_dps: Option<[f64; 3]>,
+    ) -> Result<Self, WalkError> {
+        let ends = recording.times_s().first().zip(recording.times_s().last());
+        let (first_s, last_s) = ends.map_or((start_s, start_s), |(first, last)| (*first, *last));
+        let from_s = from_s.max(start_s);
+        let walked_s = last_s - Self::HALF_WIDTH_S - from_s;
+        let stretch_s = (walked_s / 2.0).min(LONGEST_S);
+        if stretch_s < SHORTEST_S {
+            return Err(WalkError::TooShort {
+                walked_s,
+                needed_s: 2.0 * SHORTEST_S,
+            });
+        }
+        let begin_s = first_s.max(start_s - STANDING_S);
+        let count = ((from_s + 2.0 * stretch_s - begin_s) * Self::RATE_HZ).floor() as usize;
+        let times_s: Vec<f64> = (0..count)
+            .map(|index| begin_s + index as f64 * Self::PERIOD_S)
+            .collect();
+        let means = MovingMean::new(recording);
+        let mut measured_deg = Axes::<Vec<f64>>::default();
+        for time_s in &times_s {
+            let mean = means.around(*time_s, Self::HALF_WIDTH_S);
+            measured_deg.push(mean.map(|_, angle_rad| angle_rad.to_degrees()));
+        }
+        let index_of = |time_s: f64| times_s.partition_point(|t| *t < time_s);
+        let stood = from_s <= start_s + Self::PERIOD_S;
+        let standing = 0..if stood {
+            index_of(start_s - MARGIN_S)
+        } else {
+            0
+        };
+        let from = index_of(from_s);
+        let middle = from + (count - from) / 2;
+        let noise_deg = measured_deg
+            .as_ref()
+            .map(|_, angles| deviation(&angles[standing.clone()]));
+        Ok(Self {
+            measured_deg,
+            start_s,
+            start_is_told,
+            standing,
+            fit: from..middle,
+            unseen: middle..count,
+            rest_rate_dps,
+            noise_deg,
+            times_s,
+        })
+    }
+
+    /// Log time of each sample.
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// Measured roll, pitch and yaw.
+    pub fn measured_deg(&self) -> &Axes<Vec<f64>> {
+        &self.measured_deg
+    }
+
+    /// Log time at which the walk starts.
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
+    /// Whether that is when it was commanded to.
+    pub fn start_is_told(&self) -> bool {
+        self.start_is_told
+    }
+
+    /// The samples at which the robot stands; none where the log does not show it.
+    pub fn standing(&self) -> Range<usize> {
+        self.standing.clone()
+    }
+
+    /// The samples of the walk that effects are fitted on.
+    pub fn fit(&self) -> Range<usize> {
+        self.fit.clone()
+    }
+
+    /// The samples that no effect is fitted on.
+    pub fn unseen(&self) -> Range<usize> {
+        self.unseen.clone()
+    }
+
+    /// Mean raw rates while the robot stands, degrees per second about x, y, z.
+    pub fn rest_rate_dps(&self) -> Option<[f64; 3]> {
+        self.rest_rate_dps
+    }
+
+    /// How much the angles scatter about a straight line while the robot stands.
+    pub fn noise_deg(&self) -> Axes<f64> {
+        self.noise_deg
+    }
+
+    /// Mean roll and pitch while the robot stands, or walks where the log does not show
+    /// it standing.
+    pub(crate) fn mean_tilt_deg(&self) -> [f64; 2] {
+        let stretch = match self.standing() {
+            standing if standing.len() > 1 => standing,
+            _ => self.fit(),
+        };
+        [&self.measured_deg.roll, &self.measured_deg.pitch].map(|angles_deg| {
+            let angles_deg = &angles_deg[stretch.clone()];
+            angles_deg.iter().sum::<f64>() / angles_deg.len().max(1) as f64
+        })
+    }
+
+    /// How long the walk is simulated to cover the first `samples` samples.
+    pub(crate) fn walk_s(&self, samples: usize) -> f64 {
+        let last_s = samples
+            .checked_sub(1)
+            .map_or(0.0, |last| self.times_s[last]);
+        (last_s - self.start_s + 2.0 * Self::PERIOD_S).max(Self::PERIOD_S)
+    }
+}
+
+/// Root mean square of what is left without mean and trend; 0 for fewer than three.
+fn deviation(angles_deg: &[f64]) -> f64 {
+    let n = angles_deg.len() as f64;
+    if n < 3.0 {
+        return 0.0;
+    }
+    let middle = (n - 1.0) / 2.0;
+    let mean = angles_deg.iter().sum::<f64>() / n;
+    let line = (0..angles_deg.len()).map(|index| index as f64 - middle);
+    let along: f64 = line.clone().zip(angles_deg).map(|(x, a)| x * a).sum();
+    let slope = along / line.clone().map(|x| x * x).sum::<f64>();
+    let squares = line
+        .zip(angles_deg)
+        .map(|(x, a)| (a - mean - slope * x).powi(2));
+    (squares.sum::<f64>() / n).sqrt()
+}

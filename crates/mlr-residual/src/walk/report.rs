@@ -1,0 +1,235 @@
+//! What an explanation of a walk says.
+
+use std::collections::BTreeMap;
+
+use mlr_filter::{Axes, Axis};
+use serde::{Deserialize, Serialize};
+
+use super::{AxisResidual, Sensing};
+
+/// Why the walk of a robot differs from that of its model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WalkExplanation {
+    /// Existence numbers as identified at first, leg by leg.
+    pub morphology_before: Vec<Vec<u8>>,
+    /// The same with all effects in place.
+    pub morphology: Vec<Vec<u8>>,
+    /// Numbers (from 1) of the legs that miss a link.
+    pub damaged_legs: Vec<usize>,
+    /// Effects in the order added; empty where the model lacks nothing.
+    pub effects: Vec<TracedEffect>,
+    /// Whether what remains is more than the model usually leaves, and no effect of the
+    /// library removes it.
+    pub unexplained: bool,
+    /// Error of the robot as described: only the zeros of time and heading are fitted.
+    pub error_before: StretchErrors,
+    /// Error with the usual differences between robots of one make fitted.
+    pub error_calibrated: StretchErrors,
+    /// Error with all effects.
+    pub error_after: StretchErrors,
+    /// Error that sensor noise and the model's own shortcomings leave.
+    pub noise_floor_deg: f64,
+    /// The usual differences as fitted, in standard deviations.
+    pub usual_differences: BTreeMap<String, f64>,
+    /// Effects that were tried last on top of those added, best first.
+    pub candidates: Vec<WalkCandidate>,
+    /// What remains.
+    pub residual: RemainingResidual,
+    /// The residual of the robot as identified at first, the usual differences fitted,
+    /// split into what physics tells apart.
+    pub residual_before: ByAxis,
+    /// The same with all effects.
+    pub residual_after: ByAxis,
+    /// Length of each of the two stretches.
+    pub stretch_s: f64,
+    /// What else to know.
+    pub warnings: Vec<String>,
+}
+
+impl WalkExplanation {
+    /// What was found of the sensor: its faults beyond the usual, for correcting what it
+    /// says from now on. A bias that drifts is not among them, because it belongs to the
+    /// time of the log.
+    pub fn sensing(&self) -> Sensing {
+        let mut sensing = Sensing::default();
+        for effect in &self.effects {
+            let value = |name: &str, absent: f64| match effect.parameters.get(name) {
+                Some(Reported::Quantity(value)) => *value,
+                _ => absent,
+            };
+            match effect.kind.as_str() {
+                "imu_misalignment" => {
+                    sensing.misalignment_deg = [value("roll_deg", 0.0), value("pitch_deg", 0.0)];
+                }
+                "gyro_bias" => {
+                    sensing.bias_dps = ["x_dps", "y_dps", "z_dps"].map(|name| value(name, 0.0));
+                }
+                "gyro_scale" => sensing.scale = value("scale", 1.0),
+                "sensor_delay" => sensing.delay_s = value("delay_s", 0.0),
+                _ => {}
+            }
+        }
+        sensing
+    }
+}
+
+/// Root mean square errors, degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StretchErrors {
+    /// Over all axes, on the stretch that parameters were fitted on.
+    pub fit_deg: f64,
+    /// Over all axes, on the stretch that they never saw.
+    pub validation_deg: f64,
+    /// Roll, pitch, yaw on the fitted stretch.
+    pub fit_axes_deg: [f64; 3],
+    /// Roll, pitch, yaw on the unseen stretch.
+    pub validation_axes_deg: [f64; 3],
+}
+
+impl StretchErrors {
+    pub(crate) fn new(fit_deg2: [f64; 3], unseen_deg2: [f64; 3]) -> Self {
+        let over_all = |squares: [f64; 3]| (squares.iter().sum::<f64>() / 3.0).sqrt();
+        Self {
+            fit_deg: over_all(fit_deg2),
+            validation_deg: over_all(unseen_deg2),
+            fit_axes_deg: fit_deg2.map(f64::sqrt),
+            validation_axes_deg: unseen_deg2.map(f64::sqrt),
+        }
+    }
+}
+
+/// The value of a parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Reported {
+    /// The number of a leg, link or joint, from 1.
+    Number(usize),
+    /// Several such numbers.
+    Numbers(Vec<usize>),
+    /// A quantity in the unit of its name.
+    Quantity(f64),
+}
+
+impl Reported {
+    pub(crate) fn new(name: &str, value: f64) -> Self {
+        match name {
+            "leg" | "link" | "joint" => Self::Number(value as usize),
+            _ => Self::Quantity(value),
+        }
+    }
+}
+
+impl std::fmt::Display for Reported {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Numbers(numbers) => {
+                let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+                write!(f, "{}", numbers.join("+"))
+            }
+            Self::Quantity(value) => write!(f, "{value:.3}"),
+        }
+    }
+}
+
+/// An effect that was added to the model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TracedEffect {
+    /// Name of the effect.
+    pub kind: String,
+    /// Value of each parameter; the name ends in the unit.
+    pub parameters: BTreeMap<String, Reported>,
+    /// 95 % interval of each parameter that the log determines.
+    pub interval_95: BTreeMap<String, [f64; 2]>,
+    /// Parameters that lie at the bound of what is tried.
+    pub at_bound: Vec<String>,
+    /// Parameters that the log does not determine.
+    pub undetermined: Vec<String>,
+    /// The trace that it leaves.
+    pub explains: String,
+    /// How much it gains on the fitted and on the unseen stretch: twice the logarithm of
+    /// the likelihood ratio, usual differences at their price.
+    pub gain: [f64; 2],
+    /// What a gain must exceed on either stretch.
+    pub price: f64,
+    /// Chance of its gain on the unseen stretch if the sign of each block's were a coin's.
+    pub chance: f64,
+    /// Error with this effect and all before it, when it was added.
+    pub error: StretchErrors,
+    /// Other candidates that did as well within noise when it was added.
+    pub rivals: Vec<Rival>,
+}
+
+/// A candidate that does as well as the one added.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rival {
+    /// Name of the effect.
+    pub kind: String,
+    /// Its parameters as fitted.
+    pub parameters: BTreeMap<String, Reported>,
+}
+
+/// An effect that was not added, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WalkCandidate {
+    /// Name of the effect.
+    pub kind: String,
+    /// Its parameters as fitted; empty where it was not tried.
+    pub parameters: BTreeMap<String, Reported>,
+    /// Error on the unseen stretch with it.
+    pub validation_deg: Option<f64>,
+    /// What it would gain on both stretches.
+    pub gain: Option<[f64; 2]>,
+    /// What was decided.
+    pub verdict: String,
+}
+
+/// The most striking thing about what remains.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RemainingResidual {
+    /// Axis on which most remains, compared with what usually does.
+    pub axis: &'static str,
+    /// Frequency of the strongest oscillation there.
+    pub frequency_hz: Option<f64>,
+    /// Its amplitude.
+    pub amplitude_deg: Option<f64>,
+    /// Whether it repeats with the gait.
+    pub locked_to_gait: bool,
+    /// Torque about that axis which would swing the free body so.
+    pub body_torque_nm: Option<f64>,
+    /// Root mean square of what remains there without offset and trend.
+    pub remaining_deg: f64,
+    /// What is usual there.
+    pub usual_deg: f64,
+    /// What it looks like.
+    pub explains: String,
+}
+
+/// Something for each axis, by its name.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ByAxis {
+    /// About x.
+    pub roll: AxisResidual,
+    /// About y.
+    pub pitch: AxisResidual,
+    /// About z.
+    pub yaw: AxisResidual,
+}
+
+impl From<Axes<AxisResidual>> for ByAxis {
+    fn from(axes: Axes<AxisResidual>) -> Self {
+        let Axes { roll, pitch, yaw } = axes;
+        Self { roll, pitch, yaw }
+    }
+}
+
+impl ByAxis {
+    /// The axes with their names.
+    pub fn each(&self) -> [(Axis, &AxisResidual); 3] {
+        [
+            (Axis::Roll, &self.roll),
+            (Axis::Pitch, &self.pitch),
+            (Axis::Yaw, &self.yaw),
+        ]
+    }
+}

@@ -1,0 +1,107 @@
+//! One round of tracing: every effect of the library is tried on top of those found.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::{Comparison, Placed, Trial, Walker};
+use crate::{
+    Progress,
+    walk_effects::{LIBRARY, Place, WalkEffect},
+};
+
+/// Places of one kind that are fitted in earnest after a first look.
+const PLACES_PER_KIND: usize = 3;
+
+/// Fits every effect that may be added to `found`, each where it looks best at first.
+/// Returns one trial per kind and place, the best start of each.
+pub(crate) fn try_all(
+    walker: &Walker<'_>,
+    comparison: &Comparison<'_>,
+    found: &[Placed],
+    kinds: &[&'static dyn WalkEffect],
+    progress: &dyn Progress,
+) -> Vec<Trial> {
+    let Some(without) = walker.predicted(comparison, found) else {
+        return Vec::new();
+    };
+    let so_far = comparison.settle(&without.0, without.1, &[]).cost;
+    let starts = starts(walker, comparison, found, kinds);
+    progress.expect_more(starts.len());
+    let glances: Vec<(f64, Vec<Placed>)> = starts
+        .into_par_iter()
+        .filter_map(|effects| {
+            let glance = walker.glance(comparison, &without, effects);
+            progress.advance();
+            glance
+        })
+        .collect();
+    let chosen = most_promising(glances, so_far);
+    progress.expect_more(chosen.len());
+    chosen
+        .into_par_iter()
+        .filter_map(|effects| {
+            let trial = walker.fit(comparison, effects, found.len());
+            progress.advance();
+            trial
+        })
+        .collect()
+}
+
+/// Every start of every effect that is not there yet, on top of those found.
+fn starts(
+    walker: &Walker<'_>,
+    comparison: &Comparison<'_>,
+    found: &[Placed],
+    kinds: &[&'static dyn WalkEffect],
+) -> Vec<Vec<Placed>> {
+    let model = walker.with(found);
+    let is_there = |effect: &dyn WalkEffect, place: Place| {
+        let same = |placed: &Placed| placed.effect.kind() == effect.kind() && placed.place == place;
+        found.iter().any(same)
+    };
+    let mut starts = Vec::new();
+    for effect in kinds.iter().copied() {
+        for place in effect.places(&model.robot, walker.morphology) {
+            if is_there(effect, place) {
+                continue;
+            }
+            for values in effect.starts(place, &model, comparison.record) {
+                let mut effects = found.to_vec();
+                effects.push(Placed {
+                    effect,
+                    place,
+                    values,
+                });
+                starts.push(effects);
+            }
+        }
+    }
+    starts
+}
+
+/// The best start at each place, at the best places of each kind.
+fn most_promising(mut glances: Vec<(f64, Vec<Placed>)>, so_far: f64) -> Vec<Vec<Placed>> {
+    glances.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let mut places: BTreeMap<&'static str, Vec<Place>> = BTreeMap::new();
+    let mut chosen = Vec::new();
+    for (cost, effects) in glances {
+        let Some(last) = effects.last() else { continue };
+        let known = places.entry(last.effect.kind()).or_default();
+        let hopeful = known.is_empty() || cost < so_far;
+        if hopeful && known.len() < PLACES_PER_KIND && !known.contains(&last.place) {
+            known.push(last.place);
+            chosen.push(effects);
+        }
+    }
+    chosen
+}
+
+/// The kinds that a record can tell from nothing.
+pub(crate) fn kinds_for(comparison: &Comparison<'_>) -> Vec<&'static dyn WalkEffect> {
+    let told = comparison.record.start_is_told();
+    let kinds = LIBRARY.iter().copied();
+    kinds
+        .filter(|effect| told || !effect.is_a_delay())
+        .collect()
+}

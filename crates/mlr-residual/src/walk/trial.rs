@@ -1,0 +1,292 @@
+//! A model with effects, fitted to a record.
+
+use mlr_filter::Axes;
+use mlr_model::Morphology;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::{Comparison, Settled, Trace, WalkModel, usual::difference};
+use crate::{
+    Parameter,
+    walk_effects::{Place, WalkEffect},
+};
+
+/// An effect at a place, with the values of its parameters.
+#[derive(Debug, Clone)]
+pub(crate) struct Placed {
+    pub(crate) effect: &'static dyn WalkEffect,
+    pub(crate) place: Place,
+    pub(crate) values: Vec<f64>,
+}
+
+/// What walks: a model and what is left of its robot.
+#[derive(Debug, Clone)]
+pub(crate) struct Walker<'a> {
+    pub(crate) model: &'a WalkModel,
+    pub(crate) morphology: &'a Morphology,
+}
+
+/// Effects as they fit best, and what they leave.
+#[derive(Debug, Clone)]
+pub(crate) struct Trial {
+    pub(crate) effects: Vec<Placed>,
+    /// Cost on the fitted stretch, with prior.
+    pub(crate) cost: f64,
+    /// Mean square of each axis on the fitted stretch.
+    pub(crate) fit_deg2: [f64; 3],
+    /// The same on the unseen one.
+    pub(crate) unseen_deg2: [f64; 3],
+    /// Measured less predicted over the whole record.
+    pub(crate) residual_deg: Axes<Vec<f64>>,
+    /// Half the width of the 95 % interval of each value of each effect.
+    pub(crate) half_width_95: Vec<Vec<f64>>,
+    /// Sizes of the usual differences, in standard deviations.
+    pub(crate) usual: Vec<f64>,
+}
+
+/// Steps after which a fit that has not settled is taken as it is.
+const MAX_STEPS: usize = 8;
+/// Shares of a step that are tried until one helps.
+const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
+/// Gain of a step below which a fit has settled.
+const SETTLED: f64 = 0.05;
+/// 95 % quantile, two-sided, of a normal distribution.
+const NORMAL_95: f64 = 1.96;
+
+impl Placed {
+    fn parameters(&self, model: &WalkModel) -> Vec<Parameter> {
+        self.effect.parameters(self.place, model)
+    }
+}
+
+impl Walker<'_> {
+    /// The model with these effects added one after the other.
+    pub(crate) fn with(&self, effects: &[Placed]) -> WalkModel {
+        let mut model = self.model.clone();
+        for placed in effects {
+            placed
+                .effect
+                .apply(placed.place, &placed.values, &mut model);
+        }
+        model
+    }
+
+    /// What a sensor reports of the first `samples` samples, and its rates at rest;
+    /// `None` when the walk diverges or a value makes no sense.
+    fn predict(
+        &self,
+        comparison: &Comparison<'_>,
+        effects: &[Placed],
+        samples: usize,
+    ) -> Option<(Axes<Vec<f64>>, [f64; 3])> {
+        let model = self.with(effects);
+        let walked = model.walk(self.morphology, comparison.record, samples);
+        let body = walked.ok().flatten()?;
+        let observed = model.observe(&body, comparison.record, samples);
+        Some((observed, model.sensing.bias_dps))
+    }
+
+    /// The cost of these effects on the fitted stretch, for a first look: the last one's
+    /// size is whatever fits best of what a straight line from nothing to its values
+    /// holds. Returns the effects with that size.
+    pub(crate) fn glance(
+        &self,
+        comparison: &Comparison<'_>,
+        without: &(Axes<Vec<f64>>, [f64; 3]),
+        mut effects: Vec<Placed>,
+    ) -> Option<(f64, Vec<Placed>)> {
+        let samples = comparison.record.fit().end;
+        let (observed, bias_dps) = self.predict(comparison, &effects, samples)?;
+        let whole = comparison.settle(&observed, bias_dps, &[]);
+        let last = effects.last_mut()?;
+        let parameters = last.parameters(self.model);
+        let trace = Trace::between(without, &(observed, bias_dps));
+        let settled = comparison.settle(&without.0, without.1, std::slice::from_ref(&trace));
+        let share = settled.sizes.last().copied().unwrap_or(1.0);
+        let has_neutral = parameters.iter().all(|p| p.neutral.is_some());
+        if !has_neutral || settled.cost >= whole.cost || !(0.02..=2.0).contains(&share) {
+            return Some((whole.cost, effects));
+        }
+        for (value, parameter) in last.values.iter_mut().zip(&parameters) {
+            let neutral = parameter.neutral.unwrap_or(0.0);
+            let scaled = neutral + share * (*value - neutral);
+            *value = scaled.clamp(parameter.lower, parameter.upper);
+        }
+        Some((settled.cost, effects))
+    }
+
+    /// What the effects given predict of the fitted stretch, to be glanced from.
+    pub(crate) fn predicted(
+        &self,
+        comparison: &Comparison<'_>,
+        effects: &[Placed],
+    ) -> Option<(Axes<Vec<f64>>, [f64; 3])> {
+        self.predict(comparison, effects, comparison.record.fit().end)
+    }
+
+    /// Fits the values of all effects from `first_free` on, from where they are, by Gauss
+    /// and Newton's method with the usual differences fitted along. `None` when the walk
+    /// diverges from the start.
+    pub(crate) fn fit(
+        &self,
+        comparison: &Comparison<'_>,
+        mut effects: Vec<Placed>,
+        first_free: usize,
+    ) -> Option<Trial> {
+        let samples = comparison.record.fit().end;
+        let mut here = self.predict(comparison, &effects, samples)?;
+        let mut settled = comparison.settle(&here.0, here.1, &[]);
+        let mut linear: Option<Settled> = None;
+        for _ in 0..MAX_STEPS {
+            let free = free_parameters(&effects, first_free, self.model);
+            if free.is_empty() {
+                break;
+            }
+            let traces: Option<Vec<Trace>> = free
+                .par_iter()
+                .map(|free| {
+                    let step = free.step_inside();
+                    let moved = self.predict(comparison, &free.moved(&effects, step), samples)?;
+                    let mut trace = Trace::between(&here, &moved);
+                    if step < 0.0 {
+                        trace.reverse();
+                    }
+                    Some(trace)
+                })
+                .collect();
+            let Some(traces) = traces else { break };
+            let proposed = comparison.settle(&here.0, here.1, &traces);
+            let sizes = &proposed.sizes[comparison.usual()..];
+            let mut gain = 0.0;
+            for share in STEP_SHARES {
+                let mut tried = effects.clone();
+                for (free, size) in free.iter().zip(sizes) {
+                    free.set(&mut tried, share * size * free.parameter.step);
+                }
+                let Some(there) = self.predict(comparison, &tried, samples) else {
+                    continue;
+                };
+                let settled_there = comparison.settle(&there.0, there.1, &[]);
+                if settled_there.cost < settled.cost {
+                    gain = settled.cost - settled_there.cost;
+                    (effects, here, settled) = (tried, there, settled_there);
+                    break;
+                }
+            }
+            linear = Some(proposed);
+            if gain < SETTLED {
+                break;
+            }
+        }
+        self.judge(comparison, effects, first_free, linear.as_ref())
+    }
+
+    /// Measures effects with values as they are on both stretches.
+    fn judge(
+        &self,
+        comparison: &Comparison<'_>,
+        effects: Vec<Placed>,
+        first_free: usize,
+        linear: Option<&Settled>,
+    ) -> Option<Trial> {
+        let record = comparison.record;
+        let (observed, bias_dps) = self.predict(comparison, &effects, record.times_s().len())?;
+        let settled = comparison.settle(&observed, bias_dps, &[]);
+        let widths = half_widths(&effects, first_free, self.model, comparison.usual(), linear);
+        Some(Trial {
+            cost: settled.cost,
+            fit_deg2: settled.fit_deg2,
+            unseen_deg2: settled.mean_square_deg2(record.unseen()),
+            residual_deg: settled.residual_deg,
+            half_width_95: widths,
+            usual: settled.sizes.clone(),
+            effects,
+        })
+    }
+}
+
+impl Trace {
+    fn between(from: &(Axes<Vec<f64>>, [f64; 3]), to: &(Axes<Vec<f64>>, [f64; 3])) -> Self {
+        Self {
+            angles_deg: difference(&to.0, &from.0),
+            rest_rate_dps: [0, 1, 2].map(|axis| to.1[axis] - from.1[axis]),
+        }
+    }
+
+    fn reverse(&mut self) {
+        let axes = &mut self.angles_deg;
+        for values in [&mut axes.roll, &mut axes.pitch, &mut axes.yaw] {
+            values.iter_mut().for_each(|value| *value = -*value);
+        }
+        self.rest_rate_dps
+            .iter_mut()
+            .for_each(|rate| *rate = -*rate);
+    }
+}
+
+/// One value that a fit may change.
+struct Free {
+    effect: usize,
+    index: usize,
+    value: f64,
+    parameter: Parameter,
+}
+
+impl Free {
+    /// A step that stays within the bounds.
+    fn step_inside(&self) -> f64 {
+        if self.value + self.parameter.step > self.parameter.upper {
+            -self.parameter.step
+        } else {
+            self.parameter.step
+        }
+    }
+
+    fn moved(&self, effects: &[Placed], by: f64) -> Vec<Placed> {
+        let mut moved = effects.to_vec();
+        moved[self.effect].values[self.index] += by;
+        moved
+    }
+
+    fn set(&self, effects: &mut [Placed], by: f64) {
+        let value = (self.value + by).clamp(self.parameter.lower, self.parameter.upper);
+        effects[self.effect].values[self.index] = value;
+    }
+}
+
+fn free_parameters(effects: &[Placed], first_free: usize, model: &WalkModel) -> Vec<Free> {
+    let free = effects.iter().enumerate().skip(first_free);
+    free.flat_map(|(effect, placed)| {
+        let parameters = placed.parameters(model).into_iter().enumerate();
+        parameters.map(move |(index, parameter)| Free {
+            effect,
+            index,
+            value: placed.values[index],
+            parameter,
+        })
+    })
+    .collect()
+}
+
+/// Infinite where nothing was fitted.
+fn half_widths(
+    effects: &[Placed],
+    first_free: usize,
+    model: &WalkModel,
+    usual: usize,
+    linear: Option<&Settled>,
+) -> Vec<Vec<f64>> {
+    let mut widths: Vec<Vec<f64>> = effects
+        .iter()
+        .map(|placed| vec![f64::INFINITY; placed.values.len()])
+        .collect();
+    let none = DMatrix::zeros(0, 0);
+    let covariance = linear.map_or(&none, |settled| &settled.covariance);
+    let free = free_parameters(effects, first_free, model);
+    for (k, free) in free.iter().enumerate() {
+        if let Some(variance) = covariance.get((usual + k, usual + k)) {
+            widths[free.effect][free.index] = NORMAL_95 * variance.sqrt() * free.parameter.step;
+        }
+    }
+    widths
+}

@@ -1,0 +1,345 @@
+//! What robots of one make differ by without anything being wrong with them.
+
+use mlr_filter::{Axes, OrientationSeries};
+use mlr_model::{ModelError, Morphology};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{WalkModel, WalkRecord};
+
+/// Standard deviations of the usual differences between a robot and its description.
+/// They are fitted along with every effect, each at the price of its size, so that
+/// only what goes beyond them is put down to an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct UsualDifferences {
+    /// Roll and pitch at which the sensor is mounted.
+    pub misalignment_deg: f64,
+    /// Rates that the gyroscope reports at rest.
+    pub bias_dps: f64,
+    /// Error of the time found for the start of the walk.
+    pub start_s: f64,
+    /// The same where it was told.
+    pub told_start_s: f64,
+    /// Relative error of the gait's clock.
+    pub clock: f64,
+    /// Logarithm of the servos' stiffness.
+    pub ln_stiffness: f64,
+    /// Logarithm of the ground's friction.
+    pub ln_friction: f64,
+    /// Position of the body's centre of mass along x and y.
+    pub center_of_mass_m: f64,
+    /// How much further the walking model leans than the robot, in roll and pitch.
+    pub lean_deg: f64,
+    /// How much faster the robot turns than the model, besides a share of its turning.
+    pub turning_dps: f64,
+    /// That share.
+    pub turning_share: f64,
+}
+
+impl Default for UsualDifferences {
+    fn default() -> Self {
+        Self {
+            misalignment_deg: 0.5,
+            bias_dps: 0.2,
+            start_s: 0.04,
+            told_start_s: 0.006,
+            clock: 0.003,
+            ln_stiffness: 0.12,
+            ln_friction: 0.12,
+            center_of_mass_m: 0.003,
+            lean_deg: 0.2,
+            turning_dps: 0.3,
+            turning_share: 0.25,
+        }
+    }
+}
+
+/// One of the usual differences.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Difference {
+    /// Where yaw is zero.
+    YawZero,
+    /// Lean of the walking body, roll or pitch.
+    Lean(usize),
+    /// Rate at which the walking body turns.
+    Turning,
+    /// Start of the walk.
+    Start,
+    /// The gait's clock.
+    Clock,
+    /// Mounting of the sensor, roll or pitch.
+    Misalignment(usize),
+    /// Bias about x, y or z.
+    Bias(usize),
+    /// Stiffness of the servos.
+    Stiffness,
+    /// Friction of the ground.
+    Friction,
+    /// Centre of mass of the body along x or y.
+    CenterOfMass(usize),
+}
+
+/// What one standard deviation of a usual difference adds to what is measured.
+#[derive(Debug, Clone)]
+pub(crate) struct Trace {
+    /// To roll, pitch and yaw, degrees.
+    pub(crate) angles_deg: Axes<Vec<f64>>,
+    /// To the raw rates at rest, degrees per second.
+    pub(crate) rest_rate_dps: [f64; 3],
+}
+
+/// The walk of a model and the walks of models that differ from it in one thing.
+#[derive(Debug)]
+pub(crate) struct NearbyWalks {
+    body: OrientationSeries,
+    changed: Vec<(Difference, OrientationSeries)>,
+}
+
+/// A yaw angle has no zero: this much off is nothing.
+const ANY_YAW_DEG: f64 = 180.0;
+
+impl Difference {
+    /// All of them, in the order of their traces.
+    pub(crate) const ALL: [Self; 15] = [
+        Self::YawZero,
+        Self::Lean(0),
+        Self::Lean(1),
+        Self::Turning,
+        Self::Start,
+        Self::Clock,
+        Self::Misalignment(0),
+        Self::Misalignment(1),
+        Self::Bias(0),
+        Self::Bias(1),
+        Self::Bias(2),
+        Self::Stiffness,
+        Self::Friction,
+        Self::CenterOfMass(0),
+        Self::CenterOfMass(1),
+    ];
+
+    /// Its name in reports.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::YawZero => "heading",
+            Self::Lean(0) => "lean_roll",
+            Self::Lean(_) => "lean_pitch",
+            Self::Turning => "turning",
+            Self::Start => "start",
+            Self::Clock => "clock",
+            Self::Misalignment(0) => "misalignment_roll",
+            Self::Misalignment(_) => "misalignment_pitch",
+            Self::Bias(0) => "bias_x",
+            Self::Bias(1) => "bias_y",
+            Self::Bias(_) => "bias_z",
+            Self::Stiffness => "stiffness",
+            Self::Friction => "friction",
+            Self::CenterOfMass(0) => "center_of_mass_x",
+            Self::CenterOfMass(_) => "center_of_mass_y",
+        }
+    }
+
+    /// Whether it only says where yaw and time have their zeros.
+    pub(crate) fn is_of_zeros(self) -> bool {
+        matches!(self, Self::YawZero | Self::Start)
+    }
+
+    /// Whether the body walks otherwise for it.
+    fn is_of_body(self) -> bool {
+        matches!(
+            self,
+            Self::Stiffness | Self::Friction | Self::CenterOfMass(_)
+        )
+    }
+
+    /// Whether a model can have it, rather than only a comparison.
+    pub(crate) fn is_of_model(self) -> bool {
+        !matches!(self, Self::YawZero | Self::Lean(_) | Self::Turning)
+    }
+
+    /// Makes a model differ by so many standard deviations.
+    pub(crate) fn apply(
+        self,
+        usual: &UsualDifferences,
+        size: f64,
+        record: &WalkRecord,
+        model: &mut WalkModel,
+    ) {
+        let sensing = &mut model.sensing;
+        match self {
+            Self::YawZero | Self::Lean(_) | Self::Turning => {}
+            Self::Start => {
+                sensing.delay_s += size
+                    * if record.start_is_told() {
+                        usual.told_start_s
+                    } else {
+                        usual.start_s
+                    };
+            }
+            Self::Clock => model.clock *= 1.0 + size * usual.clock,
+            Self::Misalignment(axis) => {
+                sensing.misalignment_deg[axis] += size * usual.misalignment_deg;
+            }
+            Self::Bias(axis) => sensing.bias_dps[axis] += size * usual.bias_dps,
+            Self::Stiffness => {
+                model.servo.stiffness_nm_per_rad *= (size * usual.ln_stiffness).exp();
+            }
+            Self::Friction => model.simulation.contact.friction *= (size * usual.ln_friction).exp(),
+            Self::CenterOfMass(axis) => {
+                let mut by_m = [0.0; 3];
+                by_m[axis] = size * usual.center_of_mass_m;
+                model.move_center_of_mass(by_m);
+            }
+        }
+    }
+}
+
+impl NearbyWalks {
+    /// Walks the whole record; `None` when the model itself diverges.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the model makes no sense.
+    pub(crate) fn new(
+        usual: &UsualDifferences,
+        model: &WalkModel,
+        morphology: &Morphology,
+        record: &WalkRecord,
+    ) -> Result<Option<Self>, ModelError> {
+        let samples = record.times_s().len();
+        let of_body = Difference::ALL.into_iter().filter(|d| d.is_of_body());
+        let models: Vec<(Option<Difference>, WalkModel)> = std::iter::once(None)
+            .chain(of_body.map(Some))
+            .map(|difference| {
+                let mut changed = model.clone();
+                if let Some(difference) = difference {
+                    difference.apply(usual, 1.0, record, &mut changed);
+                }
+                (difference, changed)
+            })
+            .collect();
+        let walks = models
+            .into_par_iter()
+            .map(|(difference, model)| {
+                let walk = model.walk(morphology, record, samples)?;
+                Ok(walk.map(|walk| (difference, walk)))
+            })
+            .collect::<Result<Vec<_>, ModelError>>()?;
+        let mut walks = walks.into_iter();
+        let Some((None, body)) = walks.next().flatten() else {
+            return Ok(None);
+        };
+        let changed = walks.flatten();
+        Ok(Some(Self {
+            body,
+            changed: changed
+                .filter_map(|(difference, walk)| Some((difference?, walk)))
+                .collect(),
+        }))
+    }
+
+    /// What the model's sensor reports over the whole record.
+    pub(crate) fn observed(&self, model: &WalkModel, record: &WalkRecord) -> Axes<Vec<f64>> {
+        model.observe(&self.body, record, record.times_s().len())
+    }
+
+    /// The traces of all usual differences, in their order. One whose walk diverges
+    /// leaves none.
+    pub(crate) fn traces(
+        &self,
+        usual: &UsualDifferences,
+        model: &WalkModel,
+        record: &WalkRecord,
+    ) -> Vec<Trace> {
+        let samples = record.times_s().len();
+        let plain = self.observed(model, record);
+        let of_body = |wanted: Difference| {
+            let walk = self
+                .changed
+                .iter()
+                .find(|(difference, _)| *difference == wanted);
+            walk.map_or_else(
+                || Axes::from_fn(|_| vec![0.0; samples]),
+                |(_, walk)| difference(&model.observe(walk, record, samples), &plain),
+            )
+        };
+        let of_sensing = |wanted: Difference| {
+            let mut changed = model.clone();
+            wanted.apply(usual, 1.0, record, &mut changed);
+            Trace {
+                angles_deg: difference(&self.observed(&changed, record), &plain),
+                rest_rate_dps: [0, 1, 2]
+                    .map(|axis| changed.sensing.bias_dps[axis] - model.sensing.bias_dps[axis]),
+            }
+        };
+        Difference::ALL
+            .into_iter()
+            .map(|wanted| {
+                if wanted.is_of_body() {
+                    Trace::of_angles(of_body(wanted))
+                } else if wanted.is_of_model() {
+                    of_sensing(wanted)
+                } else {
+                    Trace::of_angles(usual.of_comparison(wanted, &plain, record))
+                }
+            })
+            .collect()
+    }
+}
+
+impl Trace {
+    fn of_angles(angles_deg: Axes<Vec<f64>>) -> Self {
+        Self {
+            angles_deg,
+            rest_rate_dps: [0.0; 3],
+        }
+    }
+}
+
+impl UsualDifferences {
+    /// The trace of a difference that no model has.
+    fn of_comparison(
+        &self,
+        wanted: Difference,
+        plain: &Axes<Vec<f64>>,
+        record: &WalkRecord,
+    ) -> Axes<Vec<f64>> {
+        let times_s = record.times_s();
+        let walked_s = |time_s: f64| (time_s - record.start_s()).max(0.0);
+        let mut axes = [(); 3].map(|()| vec![0.0; times_s.len()]);
+        match wanted {
+            Difference::YawZero => axes[2].fill(ANY_YAW_DEG),
+            Difference::Lean(axis) => {
+                for (value, time_s) in axes[axis].iter_mut().zip(times_s) {
+                    *value = if walked_s(*time_s) > 0.0 {
+                        self.lean_deg
+                    } else {
+                        0.0
+                    };
+                }
+            }
+            _ => {
+                let last_s = times_s.last().map_or(0.0, |last| walked_s(*last)).max(1.0);
+                let ends = plain.yaw.first().zip(plain.yaw.last());
+                let turned_deg = ends.map_or(0.0, |(first, last)| last - first);
+                let turning_dps =
+                    self.turning_dps + self.turning_share * (turned_deg / last_s).abs();
+                for (value, time_s) in axes[2].iter_mut().zip(times_s) {
+                    *value = turning_dps * walked_s(*time_s);
+                }
+            }
+        }
+        let [roll, pitch, yaw] = axes;
+        Axes { roll, pitch, yaw }
+    }
+}
+
+/// Sample by sample, axis by axis.
+pub(crate) fn difference(a: &Axes<Vec<f64>>, b: &Axes<Vec<f64>>) -> Axes<Vec<f64>> {
+    let subtract = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+    Axes {
+        roll: subtract(&a.roll, &b.roll),
+        pitch: subtract(&a.pitch, &b.pitch),
+        yaw: subtract(&a.yaw, &b.yaw),
+    }
+}

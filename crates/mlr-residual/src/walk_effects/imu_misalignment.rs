@@ -1,0 +1,49 @@
+use std::collections::BTreeMap;
+
+use super::{Place, WalkEffect, effect::named};
+use crate::{
+    Parameter,
+    walk::{WalkModel, WalkRecord},
+};
+
+/// The sensor is mounted at an angle.
+#[derive(Debug)]
+pub(super) struct ImuMisalignment;
+
+impl WalkEffect for ImuMisalignment {
+    fn kind(&self) -> &'static str {
+        "imu_misalignment"
+    }
+
+    fn trace(&self) -> &'static str {
+        "the same offset of roll and pitch, standing and walking, whatever the heading"
+    }
+
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
+        let angle = |name| {
+            Parameter::new(name, 0.0)
+                .step(0.2)
+                .bounds(-30.0, 30.0)
+                .neutral(0.0)
+        };
+        vec![angle("roll_deg"), angle("pitch_deg")]
+    }
+
+    fn starts(&self, _: Place, _: &WalkModel, record: &WalkRecord) -> Vec<Vec<f64>> {
+        vec![record.mean_tilt_deg().into()]
+    }
+
+    fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
+        for (angle_deg, value) in model.sensing.misalignment_deg.iter_mut().zip(values) {
+            *angle_deg += value;
+        }
+    }
+
+    fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {
+        named([("roll_deg", values[0]), ("pitch_deg", values[1])])
+    }
+
+    fn is_of_sensing(&self) -> bool {
+        true
+    }
+}
