@@ -3,7 +3,9 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use mlr_model::LegLayout;
-use mlr_residual::walk::{Reported, StretchErrors, TracedEffect, WalkExplanation};
+use mlr_residual::walk::{
+    ByAxis, RemainingResidual, Reported, StretchErrors, TracedEffect, WalkExplanation,
+};
 use serde::{Deserialize, Serialize};
 
 use super::truth::{FILE, Truth, TruthError, read_truths};
@@ -144,6 +146,10 @@ pub struct EffectsScore {
     pub found: Vec<TracedEffect>,
     /// Whether more was left than the model usually leaves.
     pub unexplained: bool,
+    /// What remains.
+    pub residual: RemainingResidual,
+    /// The same, split into what physics tells apart.
+    pub residual_after: ByAxis,
     /// How right that is.
     pub verdict: KindsVerdict,
     /// Error of the robot as described.
@@ -182,6 +188,8 @@ impl EffectsScore {
             in_library,
             found: found.effects.clone(),
             unexplained: found.unexplained,
+            residual: found.residual.clone(),
+            residual_after: found.residual_after.clone(),
             verdict: verdict(truth, found, in_library),
             error_before: found.error_before,
             error_calibrated: found.error_calibrated,

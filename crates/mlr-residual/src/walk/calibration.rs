@@ -31,7 +31,7 @@ pub(crate) struct Calibration<'a> {
 /// ignore the accelerometer then.
 const FILTER_TIMES_S: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 64.0];
 /// Rounds after which it is taken as it is.
-const MAX_ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 3;
 /// Shares of a step that are tried until one helps.
 const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Gain below which it has settled.
@@ -101,9 +101,10 @@ impl<'a> Calibration<'a> {
             morphology,
             record,
         };
+        let model = calibrate.with_effects(nominal);
+        let walks = NearbyWalks::alone(&settings.usual, &model, morphology, record)?;
         let there = vec![0.0; Difference::ALL.len()];
-        let stage = calibrate.at(nominal.clone(), there)?;
-        Ok(stage.map(|stage| stage.cost))
+        Ok(walks.map(|walks| calibrate.of(nominal.clone(), there, &walks).cost))
     }
 
     /// Compares with the model as it is, the usual differences left free around it.
@@ -143,39 +144,50 @@ struct Stage {
 }
 
 impl Calibrate<'_, '_> {
-    /// Measures a model, with the filter time that suits it.
-    fn at(&self, model: WalkModel, there: Vec<f64>) -> Result<Option<Stage>, ModelError> {
-        let ComparisonSettings { usual, weights } = self.settings;
+    fn with_effects(&self, model: &WalkModel) -> WalkModel {
         let walker = Walker {
-            model: &model,
+            model,
             morphology: self.morphology,
         };
-        let with_effects = walker.with(self.effects);
+        walker.with(self.effects)
+    }
+
+    /// Walks a model and measures it.
+    fn at(&self, model: WalkModel, there: Vec<f64>) -> Result<Option<Stage>, ModelError> {
+        let usual = &self.settings.usual;
+        let with_effects = self.with_effects(&model);
         let walks = NearbyWalks::new(usual, &with_effects, self.morphology, self.record)?;
-        let Some(walks) = walks else {
-            return Ok(None);
-        };
-        let mut best: Option<Stage> = None;
-        for filter_time_s in FILTER_TIMES_S {
+        Ok(walks.map(|walks| self.of(model, there, &walks)))
+    }
+
+    /// Measures a model by its walks, with the filter time that suits it.
+    fn of(&self, model: WalkModel, there: Vec<f64>, walks: &NearbyWalks) -> Stage {
+        let ComparisonSettings { usual, weights } = self.settings;
+        let with_effects = self.with_effects(&model);
+        let stage = |filter_time_s: f64| {
             let mut tried = with_effects.clone();
             tried.sensing.filter_time_s = filter_time_s;
             let traces = walks.traces(usual, &tried, self.record);
             let comparison = Comparison::new(self.record, *weights, traces.clone(), there.clone());
             let observed = walks.observed(&tried, self.record);
             let settled = comparison.settle(&observed, tried.sensing.bias_dps, &[]);
-            if best.as_ref().is_none_or(|best| settled.cost < best.cost) {
-                let mut model = model.clone();
-                model.sensing.filter_time_s = filter_time_s;
-                best = Some(Stage {
-                    model,
-                    there: there.clone(),
-                    traces,
-                    sizes: settled.sizes,
-                    cost: settled.cost,
-                });
+            let mut model = model.clone();
+            model.sensing.filter_time_s = filter_time_s;
+            Stage {
+                model,
+                there: there.clone(),
+                traces,
+                sizes: settled.sizes,
+                cost: settled.cost,
             }
-        }
-        Ok(best)
+        };
+        let [first, others @ ..] = FILTER_TIMES_S;
+        others
+            .into_iter()
+            .map(stage)
+            .fold(stage(first), |best, stage| {
+                if stage.cost < best.cost { stage } else { best }
+            })
     }
 
     /// Moves the model by a share of what the traces would still add.

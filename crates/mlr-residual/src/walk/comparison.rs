@@ -303,3 +303,76 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub(crate) fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use mlr_filter::OrientationSeries;
+
+    use super::*;
+
+    fn record() -> WalkRecord {
+        let times_s: Vec<f64> = (0..1200).map(|i| f64::from(i) * 0.01).collect();
+        let swing = times_s
+            .iter()
+            .map(|t| 0.02 * (6.0 * (t - 2.0).max(0.0)).sin());
+        let swing: Vec<f64> = swing.collect();
+        let recording = OrientationSeries::new(times_s, Axes::from_fn(|_| swing.clone())).unwrap();
+        WalkRecord::new(&recording, 2.0, true, 2.0, Some([0.4, 0.0, 0.0])).unwrap()
+    }
+
+    /// A trace that adds one degree of roll wherever the robot is.
+    fn one_degree_of_roll(samples: usize, bias_dps: f64) -> Trace {
+        Trace {
+            angles_deg: Axes {
+                roll: vec![1.0; samples],
+                pitch: vec![0.0; samples],
+                yaw: vec![0.0; samples],
+            },
+            rest_rate_dps: [bias_dps, 0.0, 0.0],
+        }
+    }
+
+    #[test]
+    fn a_usual_difference_is_fitted_at_the_price_of_its_size() {
+        let record = record();
+        let samples = record.times_s().len();
+        let tilt = vec![one_degree_of_roll(samples, 0.0)];
+        let comparison = Comparison::new(&record, ErrorWeights::default(), tilt, vec![0.0]);
+        let mut predicted = record.measured_deg().clone();
+        let exact = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]);
+        predicted.roll.iter_mut().for_each(|roll| *roll -= 2.0);
+        let off = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]);
+        assert!((off.sizes[0] - 2.0).abs() < 0.05, "{:?}", off.sizes);
+        assert!(
+            (off.cost - exact.cost - 4.0).abs() < 0.5,
+            "{} {}",
+            off.cost,
+            exact.cost
+        );
+        assert!(off.mean_square_deg2(record.unseen())[0] < 0.01);
+    }
+
+    #[test]
+    fn an_extra_trace_is_free() {
+        let record = record();
+        let comparison = Comparison::new(&record, ErrorWeights::default(), Vec::new(), Vec::new());
+        let mut predicted = record.measured_deg().clone();
+        let exact = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]);
+        predicted.roll.iter_mut().for_each(|roll| *roll -= 2.0);
+        let extra = [one_degree_of_roll(record.times_s().len(), 0.0)];
+        let off = comparison.settle(&predicted, [0.4, 0.0, 0.0], &extra);
+        assert!((off.sizes[0] - 2.0).abs() < 1e-3, "{:?}", off.sizes);
+        assert!((off.cost - exact.cost).abs() < 0.1);
+    }
+
+    #[test]
+    fn rates_at_rest_count_beside_the_angles() {
+        let record = record();
+        let comparison = Comparison::new(&record, ErrorWeights::default(), Vec::new(), Vec::new());
+        let predicted = record.measured_deg().clone();
+        let with = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]).cost;
+        let without = comparison.settle(&predicted, [0.0; 3], &[]).cost;
+        // 0.4 °/s are eight of the usual deviations.
+        assert!((without - with - 64.0).abs() < 0.1, "{without} {with}");
+    }
+}

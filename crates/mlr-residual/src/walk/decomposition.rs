@@ -27,6 +27,9 @@ pub struct AxisResidual {
     pub with_heading_deg: Option<f64>,
     /// Root mean square of what is left of all this.
     pub irregular_deg: f64,
+    /// The part of that which is faster than about three hertz: no walking body swings so
+    /// out of step with its gait.
+    pub fast_deg: f64,
     /// Strongest oscillation of what is left.
     pub irregular_hz: Option<f64>,
     /// Its amplitude.
@@ -51,6 +54,8 @@ pub struct Harmonic {
 
 /// Harmonics that are told apart at 25 samples per second.
 const HARMONICS: usize = 8;
+/// A mean over so many samples passes what is slower than about three hertz.
+const SLOW_SAMPLES: usize = 5;
 /// A robot that has turned by this much tells what depends on its heading.
 const TURNED_DEG: f64 = 20.0;
 
@@ -128,6 +133,7 @@ fn of_axis(
         group_deg: mean_where(true) - mean_where(false),
         with_heading_deg: turns.then(|| sizes[sizes.len() - 1]),
         irregular_deg: rms(&left),
+        fast_deg: rms(&fast_part(&left)),
         irregular_hz: irregular.map(|(frequency_hz, _)| frequency_hz),
         irregular_amplitude_deg: irregular.map(|(_, amplitude)| amplitude),
         whiteness_p_value: whiteness_p_value(&left),
@@ -147,6 +153,18 @@ impl AxisResidual {
         let by_size = |a: &&Harmonic, b: &&Harmonic| a.amplitude_deg.total_cmp(&b.amplitude_deg);
         self.harmonics.iter().max_by(by_size)
     }
+}
+
+/// What is left of values without their means over [`SLOW_SAMPLES`].
+fn fast_part(values: &[f64]) -> Vec<f64> {
+    let half = SLOW_SAMPLES / 2;
+    let around = |index: usize| {
+        let stretch = &values[index.saturating_sub(half)..(index + half + 1).min(values.len())];
+        stretch.iter().sum::<f64>() / stretch.len() as f64
+    };
+    (0..values.len())
+        .map(|index| values[index] - around(index))
+        .collect()
 }
 
 /// Size of each column in the values by least squares, and what is left.

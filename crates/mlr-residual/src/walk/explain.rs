@@ -64,9 +64,15 @@ pub struct Suspect {
 pub type IdentifyAgain<'a> = dyn Fn(&WalkModel) -> Vec<Suspect> + 'a;
 
 /// Morphologies that are calibrated in full after a first look at all.
-const FINALISTS: usize = 3;
+const FINALISTS: usize = 2;
+/// Turns of calibration and fit, and the gain below which they have settled.
+const TURNS: usize = 2;
+const SETTLED: f64 = 0.5;
 /// How much less probable a morphology may be after the first look, in the units of cost.
 const WITHIN: f64 = 25.0;
+
+/// Kinds of effect that are calibrated in full before one is added.
+const CONTENDERS: usize = 2;
 
 /// Finds what the model of a walk lacks.
 ///
@@ -107,23 +113,20 @@ pub fn explain_walk(
     let mut effects = Vec::new();
     let mut candidates = loop {
         let judged = tracing.round(&state);
-        let full = effects.len() >= settings.most_effects;
-        let Some(best) = judged.first().filter(|best| best.is_accepted() && !full) else {
+        if effects.len() >= settings.most_effects {
+            break judged;
+        }
+        let contenders = tracing.contenders(&state, &judged)?;
+        let Some((best, with_best)) = contenders.first() else {
             break judged;
         };
-        effects.push(tracing.traced(best, &judged));
-        let found = best.trial.effects.clone();
-        let with_effects = Walker {
-            model: &state.calibration_model,
-            morphology: &state.morphology,
-        }
-        .with(&found);
-        let mut again = identify_again(&with_effects);
+        effects.push(tracing.traced(best, &contenders));
+        let found = with_best.trial.effects.clone();
+        let mut again = identify_again(&with_best.walker().with(&found));
+        again.insert(0, with_best.suspect());
         again.extend_from_slice(suspects);
-        again.insert(0, state.suspect());
         dedup(&mut again);
-        let as_tried = tracing.with_trial(&state, &best.trial);
-        state = tracing.likeliest_beside(&as_tried, &again, &found)?;
+        state = tracing.likeliest_beside(with_best, &again, &found)?;
     };
     tracing.finish_effects(&state, &mut effects);
     if let Some(locked) = tracing.locked_links(&state)? {
@@ -278,6 +281,30 @@ impl<'a> Tracing<'a> {
                 cases.iter().map(move |lost_links| (suspect, *lost_links))
             })
             .collect();
+        let finalists = if suspects.len() == 1 {
+            cases
+        } else {
+            self.finalists(cases, effects)?
+        };
+        self.progress.expect_more(finalists.len());
+        let states = finalists
+            .into_par_iter()
+            .map(|(suspect, lost_links)| {
+                let state = self.calibrated(suspect, lost_links, effects);
+                self.progress.advance();
+                state
+            })
+            .collect::<Result<Vec<_>, WalkError>>()?;
+        let states = states.into_iter().flatten();
+        Ok(states.min_by(|a, b| a.total.total_cmp(&b.total)))
+    }
+
+    /// Looks at all cases and chooses the best few.
+    fn finalists<'s>(
+        &self,
+        cases: Vec<(&'s Suspect, LostLinks)>,
+        effects: &[Placed],
+    ) -> Result<Vec<(&'s Suspect, LostLinks)>, WalkError> {
         self.progress.expect_more(cases.len());
         let mut glances = cases
             .into_par_iter()
@@ -299,34 +326,31 @@ impl<'a> Tracing<'a> {
         glances.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
         let best = glances.first().map_or(0.0, |(cost, ..)| *cost);
         glances.retain(|(cost, ..)| *cost <= best + WITHIN);
-        glances.truncate(FINALISTS);
-        self.progress.expect_more(glances.len());
-        let states = glances
-            .into_par_iter()
-            .map(|(_, suspect, lost_links)| {
-                let state = self.calibrated(suspect, lost_links, effects);
-                self.progress.advance();
-                state
-            })
-            .collect::<Result<Vec<_>, WalkError>>()?;
-        let states = states.into_iter().flatten();
-        Ok(states.min_by(|a, b| a.total.total_cmp(&b.total)))
+        let chosen = glances.into_iter().take(FINALISTS);
+        Ok(chosen
+            .map(|(_, suspect, lost_links)| (suspect, lost_links))
+            .collect())
     }
 
-    /// The likeliest of the suspects, unless another than the morphology held so far is
-    /// hardly likelier, or the effects fit worse for being calibrated anew.
+    /// The likeliest of the suspects, unless it is hardly likelier than the morphology held
+    /// so far.
     fn likeliest_beside(
         &self,
         so_far: &State<'a>,
         suspects: &[Suspect],
         effects: &[Placed],
     ) -> Result<State<'a>, WalkError> {
-        let same = self.likeliest(&[so_far.suspect()], effects)?;
-        let same = same.filter(|same| same.total < so_far.total);
-        let same = same.unwrap_or_else(|| so_far.clone());
-        let other = self.likeliest(suspects, effects)?;
-        let other = other.filter(|other| other.total < same.total - self.settings.switch_gain);
-        Ok(other.unwrap_or(same))
+        let others: Vec<Suspect> = suspects
+            .iter()
+            .filter(|suspect| suspect.morphology != so_far.morphology)
+            .cloned()
+            .collect();
+        if others.is_empty() {
+            return Ok(so_far.clone());
+        }
+        let other = self.likeliest(&others, effects)?;
+        let other = other.filter(|other| other.total < so_far.total - self.settings.switch_gain);
+        Ok(other.unwrap_or_else(|| so_far.clone()))
     }
 
     /// The state that a trial stands for.
@@ -345,8 +369,33 @@ impl<'a> Tracing<'a> {
         model
     }
 
-    /// Calibrates a suspect's model with effects, and fits the effects once more.
+    /// Calibrates a suspect's model and fits its effects in turn, because either depends
+    /// on the other.
     fn calibrated(
+        &self,
+        suspect: &Suspect,
+        lost_links: LostLinks,
+        effects: &[Placed],
+    ) -> Result<Option<State<'a>>, WalkError> {
+        let turns = if effects.is_empty() { 1 } else { TURNS };
+        let mut best: Option<State<'a>> = None;
+        for _ in 0..turns {
+            let effects = best.as_ref().map_or(effects, |best| &best.trial.effects);
+            let Some(next) = self.calibrated_once(suspect, lost_links, effects)? else {
+                break;
+            };
+            if best
+                .as_ref()
+                .is_some_and(|best| next.total > best.total - SETTLED)
+            {
+                break;
+            }
+            best = Some(next);
+        }
+        Ok(best)
+    }
+
+    fn calibrated_once(
         &self,
         suspect: &Suspect,
         lost_links: LostLinks,
@@ -463,12 +512,41 @@ impl<'a> Tracing<'a> {
         blocks
     }
 
+    /// The best candidates, each of another kind, calibrated with lost links gone and
+    /// locked: which of them it is may look otherwise with an effect in place. Best first.
+    fn contenders<'j>(
+        &self,
+        state: &State<'a>,
+        judged: &'j [Judged],
+    ) -> Result<Vec<(&'j Judged, State<'a>)>, WalkError> {
+        let mut kinds: Vec<&Judged> = Vec::new();
+        for judged in judged.iter().filter(|judged| judged.is_accepted()) {
+            if kinds.len() < CONTENDERS && !kinds.iter().any(|k| k.kind() == judged.kind()) {
+                kinds.push(judged);
+            }
+        }
+        let mut contenders = Vec::new();
+        for judged in kinds {
+            let as_tried = self.with_trial(state, &judged.trial);
+            let found = &judged.trial.effects;
+            let suited = self.likeliest(&[state.suspect()], found)?;
+            let suited = suited.filter(|suited| suited.total < as_tried.total);
+            contenders.push((judged, suited.unwrap_or(as_tried)));
+        }
+        let cost = |(judged, state): &(&Judged, State<'_>)| state.total + judged.price;
+        contenders.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        Ok(contenders)
+    }
+
     /// What is said of an effect when it is added. Intervals come when all are found.
-    fn traced(&self, best: &Judged, all: &[Judged]) -> TracedEffect {
+    fn traced(&self, best: &Judged, contenders: &[(&Judged, State<'a>)]) -> TracedEffect {
         let placed = best.placed();
-        let rivals = all.iter().skip(1).filter(|rival| {
-            rival.is_accepted() && rival.total_gain() > best.total_gain() - self.settings.rival_gain
-        });
+        let cost = |(judged, state): &(&Judged, State<'_>)| state.total + judged.price;
+        let least = contenders.first().map_or(0.0, cost);
+        let rivals = contenders
+            .iter()
+            .skip(1)
+            .filter(|rival| cost(rival) < least + self.settings.rival_gain);
         TracedEffect {
             kind: best.kind().into(),
             parameters: self.report(&best.trial, placed),
@@ -481,9 +559,13 @@ impl<'a> Tracing<'a> {
             chance: best.chance,
             error: errors(&best.trial),
             rivals: rivals
-                .map(|rival| Rival {
+                .map(|(rival, state)| Rival {
                     kind: rival.kind().into(),
-                    parameters: self.report(&rival.trial, rival.placed()),
+                    parameters: state
+                        .trial
+                        .effects
+                        .last()
+                        .map_or_else(BTreeMap::new, |last| self.report(&state.trial, last)),
                 })
                 .collect(),
         }

@@ -185,3 +185,55 @@ fn deviation(angles_deg: &[f64]) -> f64 {
         .map(|(x, a)| (a - mean - slope * x).powi(2));
     (squares.sum::<f64>() / n).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recording(duration_s: f64) -> OrientationSeries {
+        let times_s: Vec<f64> = (0..(duration_s * 200.0) as u32)
+            .map(|i| f64::from(i) / 200.0)
+            .collect();
+        let roll: Vec<f64> = times_s
+            .iter()
+            .map(|t| {
+                if *t < 2.0 {
+                    0.01
+                } else {
+                    0.1 * (5.0 * t).sin()
+                }
+            })
+            .collect();
+        OrientationSeries::new(times_s, Axes::from_fn(|_| roll.clone())).unwrap()
+    }
+
+    #[test]
+    fn a_log_is_stood_fitted_and_judged_on() {
+        let record = WalkRecord::new(&recording(12.0), 2.0, false, 2.0, None).unwrap();
+        let time_s = |index: usize| record.times_s()[index];
+        assert!(time_s(record.standing().end) < 2.0);
+        assert!((time_s(record.fit().start) - 2.0).abs() < 0.05);
+        assert_eq!(record.fit().end, record.unseen().start);
+        assert_eq!(record.unseen().end, record.times_s().len());
+        assert!((time_s(record.fit().end) - 7.0).abs() < 0.1);
+        let [roll_deg, _] = record.mean_tilt_deg();
+        assert!((roll_deg - 0.01_f64.to_degrees()).abs() < 1e-9);
+        assert!(record.noise_deg().roll < 1e-9);
+    }
+
+    #[test]
+    fn a_long_walk_is_cut_and_a_short_one_refused() {
+        let long = WalkRecord::new(&recording(60.0), 2.0, false, 2.0, None).unwrap();
+        assert!((long.times_s().last().unwrap() - 18.0).abs() < 0.1);
+        let error = WalkRecord::new(&recording(4.0), 2.0, false, 2.0, None).unwrap_err();
+        assert!(error.to_string().contains("2.0 s of the walk"), "{error}");
+        assert!(error.is_recordings_fault());
+    }
+
+    #[test]
+    fn damage_in_mid_walk_has_no_standing_stretch() {
+        let record = WalkRecord::new(&recording(20.0), 6.0, false, 8.5, None).unwrap();
+        assert!(record.standing().is_empty());
+        assert!((record.times_s()[record.fit().start] - 8.5).abs() < 0.05);
+    }
+}

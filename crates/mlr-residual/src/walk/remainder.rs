@@ -19,15 +19,21 @@ pub struct UsualRemainder {
     pub irregular_deg: [f64; 3],
     /// The same as a share of the measured swing.
     pub irregular_share: f64,
+    /// Part of the irregular that is faster than about three hertz.
+    pub fast_deg: [f64; 3],
+    /// The same as a share of the measured swing.
+    pub fast_share: f64,
 }
 
 impl Default for UsualRemainder {
     fn default() -> Self {
         Self {
-            remaining_deg: [0.25, 0.25, 0.5],
+            remaining_deg: [0.3, 0.3, 1.2],
             share_of_swing: 0.15,
-            irregular_deg: [0.15, 0.15, 0.3],
+            irregular_deg: [0.2, 0.2, 0.8],
             irregular_share: 0.1,
+            fast_deg: [0.06, 0.06, 0.15],
+            fast_share: 0.03,
         }
     }
 }
@@ -60,6 +66,9 @@ pub(crate) fn remainder(
         floor2 += usual_deg * usual_deg / 3.0;
         let excess = remaining_deg / usual_deg;
         let irregular_excess = left.irregular_deg / irregular_usual_deg;
+        let fast_usual_deg =
+            (usual.fast_deg[index] + usual.fast_share * swing_deg[index]).hypot(noise[index]);
+        let irregular_excess = irregular_excess.max(left.fast_deg / fast_usual_deg);
         let worse = excess.max(irregular_excess);
         if worst.as_ref().is_none_or(|(most, _)| worse > *most) {
             let harmonic = left.strongest_harmonic();

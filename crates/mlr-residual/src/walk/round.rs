@@ -11,7 +11,9 @@ use crate::{
 };
 
 /// Places of one kind that are fitted in earnest after a first look.
-const PLACES_PER_KIND: usize = 3;
+const PLACES_PER_KIND: usize = 2;
+/// A first look so much worse than nothing, in the units of cost, is not worth a second.
+const HOPELESS: f64 = 20.0;
 
 /// Fits every effect that may be added to `found`, each where it looks best at first.
 /// Returns one trial per kind and place, the best start of each.
@@ -88,7 +90,11 @@ fn most_promising(mut glances: Vec<(f64, Vec<Placed>)>, so_far: f64) -> Vec<Vec<
     for (cost, effects) in glances {
         let Some(last) = effects.last() else { continue };
         let known = places.entry(last.effect.kind()).or_default();
-        let hopeful = known.is_empty() || cost < so_far;
+        let hopeful = if known.is_empty() {
+            cost < so_far + HOPELESS
+        } else {
+            cost < so_far
+        };
         if hopeful && known.len() < PLACES_PER_KIND && !known.contains(&last.place) {
             known.push(last.place);
             chosen.push(effects);

@@ -159,3 +159,132 @@ fn rotation(roll_rad: f64, pitch_rad: f64, yaw_rad: f64) -> Matrix3<f64> {
     let z = Matrix3::new(cy, -sy, 0.0, sy, cy, 0.0, 0.0, 0.0, 1.0);
     z * y * x
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A body that stands for 2 s, then rolls by 5° and turns at 3°/s.
+    fn body() -> OrientationSeries {
+        let times_s: Vec<f64> = (-20..1200).map(|i| f64::from(i) * 0.01).collect();
+        let walked = |t: f64| t.max(0.0);
+        let angles_rad = Axes {
+            roll: times_s
+                .iter()
+                .map(|t| 5.0_f64.to_radians() * (6.0 * walked(*t)).sin())
+                .collect(),
+            pitch: vec![0.0; times_s.len()],
+            yaw: times_s
+                .iter()
+                .map(|t| 3.0_f64.to_radians() * walked(*t))
+                .collect(),
+        };
+        OrientationSeries::new(times_s, angles_rad).unwrap()
+    }
+
+    fn record() -> WalkRecord {
+        let times_s: Vec<f64> = (0..1200).map(|i| f64::from(i) * 0.01).collect();
+        let still = vec![0.0; times_s.len()];
+        let recording = OrientationSeries::new(times_s, Axes::from_fn(|_| still.clone())).unwrap();
+        WalkRecord::new(&recording, 2.0, true, 2.0, None).unwrap()
+    }
+
+    fn observed(sensing: Sensing) -> Axes<Vec<f64>> {
+        let record = record();
+        sensing.observe(&body(), 1.0, &record, record.times_s().len())
+    }
+
+    #[test]
+    fn a_perfect_sensor_shows_the_body() {
+        let seen = observed(Sensing::default());
+        let last = seen.yaw.len() - 1;
+        let walked_s = record().times_s()[last] - 2.0;
+        assert!((seen.yaw[last] - 3.0 * walked_s).abs() < 0.1);
+        assert!(seen.pitch.iter().all(|pitch| pitch.abs() < 1e-9));
+        assert!(seen.roll[..45].iter().all(|roll| roll.abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_tilted_sensor_shows_its_tilt_whatever_the_heading() {
+        let seen = observed(Sensing {
+            misalignment_deg: [3.0, -2.0],
+            ..Sensing::default()
+        });
+        let plain = observed(Sensing::default());
+        for index in [10, 100, 200, 250] {
+            assert!((seen.roll[index] - plain.roll[index] - 3.0).abs() < 0.1);
+            assert!(
+                (seen.pitch[index] + 2.0).abs() < 0.5,
+                "{}",
+                seen.pitch[index]
+            );
+        }
+    }
+
+    #[test]
+    fn a_bias_turns_the_yaw_and_tilts_by_the_filters_time() {
+        let seen = observed(Sensing {
+            bias_dps: [2.0, 0.0, -1.0],
+            filter_time_s: 0.5,
+            ..Sensing::default()
+        });
+        let plain = observed(Sensing::default());
+        let last = seen.yaw.len() - 1;
+        let elapsed_s = last as f64 * WalkRecord::PERIOD_S;
+        assert!((seen.yaw[last] - plain.yaw[last] + elapsed_s).abs() < 1e-6);
+        assert!((seen.roll[last] - plain.roll[last] - 2.0 * 0.5).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_scale_shows_turns_larger_and_a_drift_bends_them() {
+        let plain = observed(Sensing::default());
+        let last = plain.yaw.len() - 1;
+        let scaled = observed(Sensing {
+            scale: 0.8,
+            ..Sensing::default()
+        });
+        assert!((scaled.yaw[last] - plain.yaw[last] / 0.8).abs() < 1e-6);
+        let drifting = observed(Sensing {
+            drift_dps_per_min: 12.0,
+            ..Sensing::default()
+        });
+        let elapsed_s = last as f64 * WalkRecord::PERIOD_S;
+        let bent = 0.5 * 12.0 / 60.0 * elapsed_s * elapsed_s;
+        assert!((drifting.yaw[last] - plain.yaw[last] - bent).abs() < 0.1);
+    }
+
+    #[test]
+    fn what_is_corrected_is_what_was_observed() {
+        let sensing = Sensing {
+            misalignment_deg: [3.0, -2.0],
+            bias_dps: [0.0, 0.0, 1.5],
+            delay_s: 0.04,
+            ..Sensing::default()
+        };
+        let seen = observed(sensing);
+        let times_s = record().times_s().to_vec();
+        let in_rad = |angles_deg: &[f64]| angles_deg.iter().map(|a| a.to_radians()).collect();
+        let axes = seen.as_ref().map(|_, angles_deg| in_rad(angles_deg));
+        let corrected = sensing.correct(&OrientationSeries::new(times_s, axes).unwrap());
+        let plain = observed(Sensing::default());
+        let means = MovingMean::new(&corrected);
+        for index in [20, 100, 200] {
+            let now = means.around(record().times_s()[index], 0.0);
+            assert!((now.yaw.to_degrees() - plain.yaw[index]).abs() < 0.2);
+            assert!((now.roll.to_degrees() - plain.roll[index]).abs() < 0.3);
+        }
+    }
+
+    #[test]
+    fn two_faulty_sensors_in_one() {
+        let one = Sensing {
+            bias_dps: [1.0, 0.0, 0.0],
+            scale: 1.1,
+            ..Sensing::default()
+        };
+        let both = one.and(&one);
+        assert_eq!(both.bias_dps, [2.0, 0.0, 0.0]);
+        assert!((both.scale - 1.21).abs() < 1e-12);
+        assert_eq!(one.and(&Sensing::default()), one);
+    }
+}

@@ -45,11 +45,11 @@ pub(crate) struct Trial {
 }
 
 /// Steps after which a fit that has not settled is taken as it is.
-const MAX_STEPS: usize = 8;
+const MAX_STEPS: usize = 6;
 /// Shares of a step that are tried until one helps.
 const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Gain of a step below which a fit has settled.
-const SETTLED: f64 = 0.05;
+const SETTLED: f64 = 0.1;
 /// 95 % quantile, two-sided, of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 

@@ -196,7 +196,8 @@ impl Difference {
 }
 
 impl NearbyWalks {
-    /// Walks the whole record; `None` when the model itself diverges.
+    /// Walks the whole record, once for the model and once for each usual difference of
+    /// the body; `None` when the model itself diverges.
     ///
     /// # Errors
     /// [`ModelError`] when the model makes no sense.
@@ -206,10 +207,39 @@ impl NearbyWalks {
         morphology: &Morphology,
         record: &WalkRecord,
     ) -> Result<Option<Self>, ModelError> {
-        let samples = record.times_s().len();
         let of_body = Difference::ALL.into_iter().filter(|d| d.is_of_body());
+        Self::of(
+            usual,
+            model,
+            morphology,
+            record,
+            of_body.map(Some).collect(),
+        )
+    }
+
+    /// Walks the model only: usual differences of the body leave no trace then.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the model makes no sense.
+    pub(crate) fn alone(
+        usual: &UsualDifferences,
+        model: &WalkModel,
+        morphology: &Morphology,
+        record: &WalkRecord,
+    ) -> Result<Option<Self>, ModelError> {
+        Self::of(usual, model, morphology, record, Vec::new())
+    }
+
+    fn of(
+        usual: &UsualDifferences,
+        model: &WalkModel,
+        morphology: &Morphology,
+        record: &WalkRecord,
+        of_body: Vec<Option<Difference>>,
+    ) -> Result<Option<Self>, ModelError> {
+        let samples = record.times_s().len();
         let models: Vec<(Option<Difference>, WalkModel)> = std::iter::once(None)
-            .chain(of_body.map(Some))
+            .chain(of_body)
             .map(|difference| {
                 let mut changed = model.clone();
                 if let Some(difference) = difference {
