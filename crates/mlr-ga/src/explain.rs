@@ -78,7 +78,7 @@ const REST_S: f64 = 8.0;
 /// # Errors
 /// [`ExplainError`].
 pub fn explain(
-    recording: OrientationSeries,
+    recording: &OrientationSeries,
     raw: Option<&RawSeries>,
     model: Model<'_>,
     settings: ExplainSettings<'_>,
@@ -92,14 +92,6 @@ pub fn explain(
     } = settings;
     let Model { robot, gait, .. } = model;
     let measured = MeasuredWalk::new(recording.clone(), gait, identify_settings)?;
-    let identification = identify(
-        recording.clone(),
-        model,
-        identify_settings,
-        search,
-        seed,
-        progress,
-    )?;
     let start_s = virtual_start_s(&measured, gait)?;
     let walk_start_s = measured.start().start_s;
     let rest_rate_dps = raw
@@ -112,6 +104,15 @@ pub fn explain(
         measured.window().start_s,
         rest_rate_dps,
     )?;
+    // A recording that cannot be explained need not be searched first.
+    let identification = identify(
+        recording.clone(),
+        model,
+        identify_settings,
+        search,
+        seed,
+        progress,
+    )?;
     let nominal = WalkModel::nominal(
         robot.clone(),
         gait.clone(),
@@ -122,7 +123,7 @@ pub fn explain(
     let identify_again = |with_effects: &WalkModel| -> Vec<Suspect> {
         again(
             with_effects,
-            &recording,
+            recording,
             identify_settings,
             walk_start_s,
             seed,

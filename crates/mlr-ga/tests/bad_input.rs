@@ -284,3 +284,27 @@ fn a_log_is_never_overwritten() {
     );
     assert_eq!(fs::read_to_string(&log).unwrap(), "precious");
 }
+
+#[test]
+fn what_cannot_be_explained() {
+    let folder = Folder::new();
+    let log = folder.write("short.csv", standing_then_rocking(2.0, 4.0, 100.0));
+    folder.fails(
+        &["explain", &log],
+        CANNOT_ANSWER,
+        &["short.csv", "window", "s"],
+    );
+    let report = folder.write("report.json", "precious");
+    folder.fails(
+        &["explain", &log, "-o", &report],
+        BAD_INPUT,
+        &["report.json", "exists", "expected a new file"],
+    );
+    assert_eq!(fs::read_to_string(&report).unwrap(), "precious");
+    let tracing = folder.write("tracing.toml", "most_efects = 2");
+    folder.fails(
+        &["explain", &log, "--tracing", &tracing],
+        BAD_INPUT,
+        &["tracing.toml", "most_efects", "line 1"],
+    );
+}

@@ -3,9 +3,10 @@
 use std::{path::PathBuf, time::SystemTime};
 
 use mlr_ga::IdentificationReport;
+use mlr_residual::walk::Sensing;
 use serde::Serialize;
 
-use crate::saved_state::KnownMorphology;
+use crate::{explainer::ExplanationReport, saved_state::KnownMorphology};
 
 /// One line. `t_s` counts from the first sample.
 #[derive(Debug, Serialize)]
@@ -85,6 +86,16 @@ pub enum Kind {
         /// Why.
         reason: String,
     },
+    /// What else is unusual about the walk that was identified is known.
+    Explained {
+        /// As `mlr-ga explain` reports it.
+        result: Box<ExplanationReport>,
+    },
+    /// An explanation found the sensor at fault: recordings are corrected from now on.
+    SensorCorrected {
+        /// All that is corrected.
+        sensing: Sensing,
+    },
     /// The robot walks calmly again.
     Recovered,
     /// What was to be kept in a file could not be, or something else that does not
@@ -133,6 +144,11 @@ impl Kind {
             Self::Identified { result } if !result.identification.damaged_legs.is_empty() => {
                 Level::Error
             }
+            Self::Explained { result }
+                if result.explanation.unexplained || !result.explanation.effects.is_empty() =>
+            {
+                Level::Warn
+            }
             _ => Level::Ok,
         }
     }
@@ -156,6 +172,23 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+    use crate::explainer::tests::{faulty_sensor, nothing_unusual};
+
+    #[test]
+    fn an_explanation_that_found_something_is_worth_a_look() {
+        let level = |explanation| {
+            let result = Box::new(ExplanationReport::new("imu".into(), 1, explanation, 0.0));
+            Kind::Explained { result }.level()
+        };
+        assert_eq!(level(nothing_unusual()), Level::Ok);
+        assert_eq!(
+            level(faulty_sensor("gyro_scale", &[("scale", 1.1)])),
+            Level::Warn
+        );
+        let mut unexplained = nothing_unusual();
+        unexplained.unexplained = true;
+        assert_eq!(level(unexplained), Level::Warn);
+    }
 
     #[test]
     fn a_silent_sensor_is_stale() {

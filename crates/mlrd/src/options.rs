@@ -45,6 +45,9 @@ pub struct Options {
     /// Seed of the genetic algorithm [default: 1].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Do not explain walks that were identified.
+    #[arg(long)]
+    no_explain: bool,
 }
 
 impl Options {
@@ -72,12 +75,14 @@ impl Options {
             format,
             threads,
             seed,
+            no_explain,
             ..
         } = *self;
         settings.baud = baud.unwrap_or(settings.baud);
         settings.format = format.unwrap_or(settings.format);
         settings.seed = seed.unwrap_or(settings.seed);
         settings.threads = threads.or(settings.threads);
+        settings.explain &= !no_explain;
         for (option, setting) in [
             (&self.state_dir, &mut settings.state_dir),
             (&self.atlas, &mut settings.atlas),
@@ -91,5 +96,20 @@ impl Options {
         }
         settings.check()?;
         Ok(settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn explanations_are_switched_off_by_name() {
+        let settings = |more: &[&str]| {
+            let arguments = ["mlrd", "--port", "/dev/ttyTHS1"].iter().chain(more);
+            Options::parse_from(arguments).settings().unwrap()
+        };
+        assert!(settings(&[]).explain);
+        assert!(!settings(&["--no-explain"]).explain);
     }
 }

@@ -8,9 +8,10 @@ use std::{
 };
 
 use mlr_ga::Identification;
+use mlr_residual::walk::Sensing;
 use serde::{Deserialize, Serialize};
 
-/// The last identification and the sensor's calibration, as JSON in one file.
+/// The last identification and what is known of the sensor, as JSON in one file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedState {
     /// Version of the file.
@@ -19,6 +20,9 @@ pub struct SavedState {
     pub last_known: Option<KnownMorphology>,
     /// Bias of the gyroscope when the sensor last stood still, x, y, z of the body.
     pub gyroscope_bias_radps: Option<[f64; 3]>,
+    /// What explanations found of the sensor, on top of that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensing: Option<Sensing>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -135,6 +139,11 @@ mod tests {
                 description: "all".into(),
             }),
             gyroscope_bias_radps: Some([0.01, -0.02, 0.03]),
+            sensing: Some(Sensing {
+                misalignment_deg: [1.5, -0.5],
+                scale: 1.02,
+                ..Sensing::default()
+            }),
             ..SavedState::default()
         }
     }
@@ -149,6 +158,22 @@ mod tests {
         assert_eq!(file.load().unwrap(), (known(), None));
         let files = fs::read_dir(folder.path().join("deep/er")).unwrap().count();
         assert_eq!(files, 1, "nothing else is left behind");
+    }
+
+    #[test]
+    fn a_file_from_before_explanations_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = StateFile::new(folder.path()).unwrap();
+        let text = r#"{
+            "schema": "mlr.state/1",
+            "last_known": null,
+            "gyroscope_bias_radps": [0.01, -0.02, 0.03]
+        }"#;
+        fs::write(folder.path().join(NAME), text).unwrap();
+        let (state, notice) = file.load().unwrap();
+        assert_eq!(notice, None);
+        assert_eq!(state.gyroscope_bias_radps, known().gyroscope_bias_radps);
+        assert_eq!(state.sensing, None);
     }
 
     #[test]

@@ -13,16 +13,20 @@ use std::{
 };
 
 use anyhow::Context;
+use mlr_ga::ExplainError;
 use nalgebra::Vector3;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::{
     Options, Settings,
     event::{self, Kind},
+    explainer::{Explained, Explainer},
     monitor::{Action, Monitor},
     recorder::{Recorder, RecordingNotice},
+    robot_model::RobotModel,
     saved_state::{KnownMorphology, SavedState, StateFile},
     sensor::Sensor,
+    sensor_correction,
     source::{self, Pulse, Source, SourceMessage},
     supervisor::{Progress, Supervisor},
     worker::{Answer, Worker},
@@ -63,6 +67,8 @@ struct Service {
     pulse: Pulse,
     answers: Receiver<Answer>,
     worker: Arc<Worker>,
+    explanations: Receiver<Explained>,
+    explainer: Option<Explainer>,
     sensor: Sensor,
     monitor: Monitor,
     recorder: Option<Recorder>,
@@ -80,8 +86,14 @@ struct Service {
 impl Service {
     fn start(settings: &Settings) -> anyhow::Result<Self> {
         let source = settings.source()?;
+        let known = Arc::new(RobotModel::new(settings, source.to_string())?);
         let (send_answer, answers) = mpsc::channel();
-        let worker = Worker::new(settings, source.to_string(), send_answer)?;
+        let worker = Worker::new(settings, Arc::clone(&known), send_answer)?;
+        let (send_explained, explanations) = mpsc::channel();
+        let explainer = settings
+            .explain
+            .then(|| Explainer::new(known, settings.tracing.clone(), send_explained))
+            .transpose()?;
         let identification = &settings.identification;
         let monitor = Monitor::new(
             identification.motion,
@@ -121,6 +133,8 @@ impl Service {
             pulse,
             answers,
             worker: Arc::new(worker),
+            explanations,
+            explainer,
             begin: Instant::now(),
             last_heard: Instant::now(),
             processed: 0,
@@ -145,6 +159,9 @@ impl Service {
             };
             while let Ok(answer) = self.answers.try_recv() {
                 self.answered(answer)?;
+            }
+            while let Ok(explained) = self.explanations.try_recv() {
+                self.explained(explained)?;
             }
             self.supervisor.feed(Progress {
                 processed: self.processed,
@@ -200,30 +217,72 @@ impl Service {
                 }
             }
             for action in self.monitor.take(reading.attitude) {
-                match action {
-                    Action::Report(kind) => self.tell(&kind)?,
-                    Action::Identify(request) => Worker::identify(&self.worker, request),
-                }
+                self.act(action)?;
             }
         }
         Ok(())
     }
 
+    fn act(&mut self, action: Action) -> anyhow::Result<()> {
+        let sensing = self.state.sensing.unwrap_or_default();
+        match action {
+            Action::Report(kind) => self.tell(&kind),
+            Action::Identify(request) => {
+                Worker::identify(&self.worker, request, sensing);
+                Ok(())
+            }
+            Action::Explain(request) => match &self.explainer {
+                Some(explainer) if !explainer.explain(request, sensing) => {
+                    self.explainer = None;
+                    self.warn("explanations end: the thread that makes them has died")
+                }
+                _ => Ok(()),
+            },
+        }
+    }
+
     fn answered(&mut self, answer: Answer) -> anyhow::Result<()> {
-        self.monitor.identified();
         match answer {
             Ok(report) => {
                 let known = KnownMorphology::new(SystemTime::now(), &report.identification);
                 self.state.last_known = Some(known);
                 self.save()?;
                 let result = Box::new(report);
-                self.tell(&Kind::Identified { result })
+                self.tell(&Kind::Identified { result })?;
+                self.monitor
+                    .identified()
+                    .map_or(Ok(()), |next| self.act(next))
             }
             Err(error) => {
+                self.monitor.unidentified();
                 let reason = error.to_string();
                 self.tell(&Kind::Unidentified { reason })
             }
         }
+    }
+
+    fn explained(&mut self, explained: Explained) -> anyhow::Result<()> {
+        let Explained { report, corrected } = explained;
+        let report = match report {
+            Ok(report) => report,
+            // Of the start that the monitor saw, the recording shows too little.
+            Err(ExplainError::NoStart) => return Ok(()),
+            Err(error) => return self.warn(&format!("explanation: {error}")),
+        };
+        let better = sensor_correction::known_better(corrected, &report.explanation);
+        let result = Box::new(report);
+        self.tell(&Kind::Explained { result })?;
+        let Some(sensing) = better else {
+            return Ok(());
+        };
+        self.state.sensing = Some(sensing);
+        self.save()?;
+        let _ = writeln!(
+            io::stderr().lock(),
+            "mlrd: sensor corrected from now on: {}",
+            sensor_correction::in_words(&sensing)
+        );
+        self.tell(&Kind::SensorCorrected { sensing })
     }
 
     fn report_status(&mut self) -> anyhow::Result<()> {

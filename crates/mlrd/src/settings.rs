@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use mlr_ga::IdentifySettings;
 use mlr_imu::{FullScale, Mounting};
 use mlr_model::{Gait, Robot};
+use mlr_residual::walk::TracingSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::source::{I2cBus, SerialLine, Source};
@@ -42,6 +43,8 @@ pub struct Settings {
     pub threads: Option<usize>,
     /// Seed of the genetic algorithm.
     pub seed: u64,
+    /// Whether walks that were identified are explained, at the lowest priority.
+    pub explain: bool,
     /// Robot description in TOML, instead of the embedded JetHexa.
     pub robot: Option<PathBuf>,
     /// Gait in TOML, instead of the embedded tripod.
@@ -56,6 +59,8 @@ pub struct Settings {
     pub mounting: Mounting,
     /// Detection and identification.
     pub identification: IdentifySettings,
+    /// Explanation.
+    pub tracing: TracingSettings,
 }
 
 /// Recording of what the sensor says.
@@ -107,6 +112,7 @@ impl Default for Settings {
             atlas: None,
             threads: None,
             seed: 1,
+            explain: true,
             robot: None,
             gait: None,
             status_every_s: 10.0,
@@ -114,6 +120,7 @@ impl Default for Settings {
             full_scale: FullScale::default(),
             mounting: Mounting::default(),
             identification: IdentifySettings::default(),
+            tracing: TracingSettings::default(),
         }
     }
 }
@@ -134,6 +141,15 @@ impl Settings {
             ("status_every_s", self.status_every_s, 0.1, 86_400.0),
             ("record.file_mb", self.record.file_mb, 0.01, 1e6),
             ("record.total_mb", self.record.total_mb, 0.01, 1e9),
+            ("tracing.least_gain", self.tracing.least_gain, 0.0, 1e6),
+            (
+                "tracing.price_per_parameter",
+                self.tracing.price_per_parameter,
+                0.0,
+                1e6,
+            ),
+            ("tracing.rival_gain", self.tracing.rival_gain, 0.0, 1e6),
+            ("tracing.switch_gain", self.tracing.switch_gain, 0.0, 1e6),
         ] {
             let valid = (low..=high).contains(&value);
             ensure!(
@@ -221,6 +237,7 @@ mod tests {
             "[mounting]\nyaw = 3.0",
             "[record]\nsize = 1",
             "[identification.detector]\ntreshold_deg = 5.0",
+            "[tracing]\nmost_effect = 1",
         ] {
             let key = text.rsplit('\n').next().unwrap().split(' ').next().unwrap();
             let error = Settings::from_toml(text).unwrap_err().to_string();
@@ -244,6 +261,9 @@ mod tests {
                 .to_string()
                 .contains("record.total_mb")
         );
+        settings = Settings::default();
+        settings.tracing.least_gain = f64::NAN;
+        assert!(settings.check().is_err());
         assert!(Settings::default().source().is_err(), "no sensor is named");
     }
 

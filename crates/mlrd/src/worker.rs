@@ -6,12 +6,10 @@ use std::{
     time::Instant,
 };
 
-use mlr_ga::{
-    AnswerError, IdentificationReport, IdentifySettings, Model, Search, atlas::Atlas, identify,
-};
-use mlr_model::{Gait, Robot};
+use mlr_ga::{AnswerError, IdentificationReport, IdentifySettings, identify};
+use mlr_residual::walk::Sensing;
 
-use crate::{Settings, monitor::Request};
+use crate::{Settings, monitor::Request, robot_model::RobotModel};
 
 /// What an identification came to.
 pub type Answer = Result<IdentificationReport, AnswerError>;
@@ -19,12 +17,7 @@ pub type Answer = Result<IdentificationReport, AnswerError>;
 /// Identifies on threads of its own.
 pub struct Worker {
     pool: rayon::ThreadPool,
-    robot: Robot,
-    gait: Gait,
-    seed: u64,
-    atlas: Option<Atlas>,
-    settings: IdentifySettings,
-    source: String,
+    known: Arc<RobotModel>,
     done: Sender<Answer>,
 }
 
@@ -32,37 +25,31 @@ impl Worker {
     /// A worker that answers to `done`.
     ///
     /// # Errors
-    /// When robot, gait or atlas cannot be read, or no threads are to be had.
-    pub fn new(settings: &Settings, source: String, done: Sender<Answer>) -> anyhow::Result<Self> {
+    /// When no threads are to be had.
+    pub fn new(
+        settings: &Settings,
+        known: Arc<RobotModel>,
+        done: Sender<Answer>,
+    ) -> anyhow::Result<Self> {
         let threads = settings.threads.unwrap_or_else(|| {
             thread::available_parallelism().map_or(1, |cores| (cores.get() - 1).max(1))
         });
-        let (robot, gait) = (settings.robot()?, settings.gait()?);
-        let atlas = settings
-            .atlas
-            .as_ref()
-            .map(|path| Atlas::open(path, &robot, &gait, &settings.identification))
-            .transpose()?;
         Ok(Self {
             pool: rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .thread_name(|index| format!("identify-{index}"))
                 .build()?,
-            robot,
-            gait,
-            atlas,
-            seed: settings.seed,
-            settings: settings.identification.clone(),
-            source,
+            known,
             done,
         })
     }
 
-    /// Begins an identification; the answer comes when it is done.
-    pub fn identify(worker: &Arc<Self>, request: Request) {
+    /// Begins an identification of what this sensor recorded; the answer comes when it
+    /// is done.
+    pub fn identify(worker: &Arc<Self>, request: Request, sensing: Sensing) {
         let worker = Arc::clone(worker);
         thread::spawn(move || {
-            let answer = worker.answer(request);
+            let answer = worker.answer(request.corrected(&sensing));
             // Nobody listens any more when the daemon is ending.
             let _ = worker.done.send(answer);
         });
@@ -70,27 +57,27 @@ impl Worker {
 
     fn answer(&self, request: Request) -> Answer {
         let begin = Instant::now();
+        let known = &self.known;
         let settings = IdentifySettings {
             motion_start_s: request.motion_start_s,
             from_s: Some(request.from_s),
-            ..self.settings.clone()
+            ..known.identification.clone()
         };
-        let search = match self.atlas {
-            Some(_) => Search::Atlas,
-            None => Search::Genetic { repeats: 1 },
-        };
-        let model = Model {
-            robot: &self.robot,
-            gait: &self.gait,
-            atlas: self.atlas.as_ref(),
-        };
-        let identification = self
-            .pool
-            .install(|| identify(request.recording, model, &settings, search, self.seed, &()))?;
+        let search = known.search();
+        let identification = self.pool.install(|| {
+            identify(
+                request.recording,
+                known.model(),
+                &settings,
+                search,
+                known.seed,
+                &(),
+            )
+        })?;
         Ok(IdentificationReport::new(
-            self.source.clone(),
+            known.source.clone(),
             search,
-            self.seed,
+            known.seed,
             identification,
             begin.elapsed(),
         ))

@@ -120,7 +120,7 @@ fn score(
 ) -> anyhow::Result<EffectsScore> {
     let started = Instant::now();
     let (recording, raw) = read_log_with_raw(&truth.log.log, &Columns::default())?;
-    let explained = explain(recording, raw.as_ref(), model, how, &NoProgress)?;
+    let explained = explain(&recording, raw.as_ref(), model, how, &NoProgress)?;
     let elapsed_s = started.elapsed().as_secs_f64();
     Ok(EffectsScore::new(truth, &explained.explanation, elapsed_s))
 }

@@ -101,7 +101,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         seed: options.seed,
     };
     let bar = Bar::of_steps();
-    let answer = explain(recording, raw.as_ref(), model, how, &bar);
+    let answer = explain(&recording, raw.as_ref(), model, how, &bar);
     bar.clear();
     let Explained {
         identification,

@@ -184,7 +184,7 @@ impl EffectsScore {
         Self {
             log: truth.log.name.clone(),
             truth: truth.effects.clone(),
-            visible: truth.trace.map(|trace| trace.is_visible()),
+            visible: visible(truth),
             in_library,
             found: found.effects.clone(),
             unexplained: found.unexplained,
@@ -200,6 +200,16 @@ impl EffectsScore {
             elapsed_s,
         }
     }
+}
+
+/// A delay shows nowhere in a log that does not tell when the walk was commanded.
+fn visible(truth: &EffectsTruth) -> Option<bool> {
+    let is_a_delay = |effect: &TrueEffect| {
+        mlr_residual::walk_effects::find(&effect.kind).is_some_and(|known| known.is_a_delay())
+    };
+    let only_delays = !truth.effects.is_empty() && truth.effects.iter().all(is_a_delay);
+    let trace = truth.trace.map(|trace| trace.is_visible());
+    trace.map(|visible| visible && !only_delays)
 }
 
 fn verdict(truth: &EffectsTruth, found: &WalkExplanation, in_library: bool) -> KindsVerdict {

@@ -104,7 +104,7 @@ impl<'a> Calibration<'a> {
         let model = calibrate.with_effects(nominal);
         let walks = NearbyWalks::alone(&settings.usual, &model, morphology, record)?;
         let there = vec![0.0; Difference::ALL.len()];
-        Ok(walks.map(|walks| calibrate.of(nominal.clone(), there, &walks).cost))
+        Ok(walks.map(|walks| calibrate.of(nominal, &there, &walks).cost))
     }
 
     /// Compares with the model as it is, the usual differences left free around it.
@@ -157,25 +157,25 @@ impl Calibrate<'_, '_> {
         let usual = &self.settings.usual;
         let with_effects = self.with_effects(&model);
         let walks = NearbyWalks::new(usual, &with_effects, self.morphology, self.record)?;
-        Ok(walks.map(|walks| self.of(model, there, &walks)))
+        Ok(walks.map(|walks| self.of(&model, &there, &walks)))
     }
 
     /// Measures a model by its walks, with the filter time that suits it.
-    fn of(&self, model: WalkModel, there: Vec<f64>, walks: &NearbyWalks) -> Stage {
+    fn of(&self, model: &WalkModel, there: &[f64], walks: &NearbyWalks) -> Stage {
         let ComparisonSettings { usual, weights } = self.settings;
-        let with_effects = self.with_effects(&model);
+        let with_effects = self.with_effects(model);
         let stage = |filter_time_s: f64| {
             let mut tried = with_effects.clone();
             tried.sensing.filter_time_s = filter_time_s;
             let traces = walks.traces(usual, &tried, self.record);
-            let comparison = Comparison::new(self.record, *weights, traces.clone(), there.clone());
+            let comparison = Comparison::new(self.record, *weights, traces.clone(), there.to_vec());
             let observed = walks.observed(&tried, self.record);
             let settled = comparison.settle(&observed, tried.sensing.bias_dps, &[]);
             let mut model = model.clone();
             model.sensing.filter_time_s = filter_time_s;
             Stage {
                 model,
-                there: there.clone(),
+                there: there.to_vec(),
                 traces,
                 sizes: settled.sizes,
                 cost: settled.cost,

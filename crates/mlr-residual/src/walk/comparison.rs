@@ -156,12 +156,12 @@ impl<'a> Comparison<'a> {
                 add_row(&mut normal, &mut gradient, &columns, value);
             }
             if let Some(rest) = rest_residual {
-                for axis in 0..3 {
+                for (axis, value) in rest.into_iter().enumerate() {
                     let columns: Vec<f64> = traces
                         .iter()
                         .map(|trace| trace.rest_rate_dps[axis] / self.weights.rest_rate_dps)
                         .collect();
-                    add_row(&mut normal, &mut gradient, &columns, rest[axis]);
+                    add_row(&mut normal, &mut gradient, &columns, value);
                 }
             }
             let Some(factors) = normal.cholesky() else {

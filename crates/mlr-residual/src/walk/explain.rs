@@ -207,6 +207,8 @@ struct Judged {
     /// On the fitted and the unseen stretch.
     gain: [f64; 2],
     price: f64,
+    /// See [`WalkEffect::rarity`](crate::walk_effects::WalkEffect::rarity).
+    rarity: f64,
     chance: f64,
     at_bound: bool,
 }
@@ -254,7 +256,7 @@ impl Judged {
     }
 
     fn total_gain(&self) -> f64 {
-        self.gain[0] + self.gain[1] - self.price
+        self.gain[0] + self.gain[1] - self.price - self.rarity
     }
 
     fn is_accepted(&self) -> bool {
@@ -483,6 +485,7 @@ impl<'a> Tracing<'a> {
             price: self.settings.least_gain
                 + self.settings.price_per_parameter * parameters.len() as f64
                 + (places as f64).ln(),
+            rarity: placed.effect.rarity(&placed.values),
             chance: chance_of_gain(&blocks(&state.trial), &blocks(&trial)),
             at_bound: parameters
                 .iter()
@@ -533,7 +536,8 @@ impl<'a> Tracing<'a> {
             let suited = suited.filter(|suited| suited.total < as_tried.total);
             contenders.push((judged, suited.unwrap_or(as_tried)));
         }
-        let cost = |(judged, state): &(&Judged, State<'_>)| state.total + judged.price;
+        let cost =
+            |(judged, state): &(&Judged, State<'_>)| state.total + judged.price + judged.rarity;
         contenders.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         Ok(contenders)
     }
@@ -541,7 +545,8 @@ impl<'a> Tracing<'a> {
     /// What is said of an effect when it is added. Intervals come when all are found.
     fn traced(&self, best: &Judged, contenders: &[(&Judged, State<'a>)]) -> TracedEffect {
         let placed = best.placed();
-        let cost = |(judged, state): &(&Judged, State<'_>)| state.total + judged.price;
+        let cost =
+            |(judged, state): &(&Judged, State<'_>)| state.total + judged.price + judged.rarity;
         let least = contenders.first().map_or(0.0, cost);
         let rivals = contenders
             .iter()

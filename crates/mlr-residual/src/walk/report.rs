@@ -49,10 +49,11 @@ pub struct WalkExplanation {
 impl WalkExplanation {
     /// What was found of the sensor: its faults beyond the usual, for correcting what it
     /// says from now on. A bias that drifts is not among them, because it belongs to the
-    /// time of the log.
+    /// time of the log; nor is what could be something else as well.
     pub fn sensing(&self) -> Sensing {
         let mut sensing = Sensing::default();
-        for effect in &self.effects {
+        let sure = |effect: &&TracedEffect| effect.rivals.is_empty() && effect.at_bound.is_empty();
+        for effect in self.effects.iter().filter(sure) {
             let value = |name: &str, absent: f64| match effect.parameters.get(name) {
                 Some(Reported::Quantity(value)) => *value,
                 _ => absent,

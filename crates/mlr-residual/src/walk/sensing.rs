@@ -123,7 +123,8 @@ impl Sensing {
 
     /// The body's orientation as a recording of this sensor shows it: without what
     /// scale, bias about z and its drift add to the yaw, and without the delay. Roll and
-    /// pitch lose what scale and bias add to them in the long run.
+    /// pitch lose the tilt of the mounting and what scale adds to them, but not what a bias
+    /// about x and y adds through the sensor's own filter: a constant, in the long run.
     ///
     /// # Panics
     /// Never: the corrections of finite angles are finite.

@@ -87,6 +87,14 @@ pub trait WalkEffect: Sync + Debug {
     /// The parameters that people read, in the units of their names.
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64>;
 
+    /// How much less common an effect of this size is than others that do the same: twice
+    /// the negative logarithm of its prior density, up to a constant that only counts
+    /// among rivals.
+    fn rarity(&self, values: &[f64]) -> f64 {
+        let _ = values;
+        0.0
+    }
+
     /// Whether it acts on the sensor's signals only: the body walks as before.
     fn is_of_sensing(&self) -> bool {
         false

@@ -10,6 +10,9 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct ImuMisalignment;
 
+/// How far a sensor usually sits off, where it sits off.
+pub(super) const USUAL_TILT_DEG: f64 = 2.5;
+
 impl WalkEffect for ImuMisalignment {
     fn kind(&self) -> &'static str {
         "imu_misalignment"
@@ -37,6 +40,10 @@ impl WalkEffect for ImuMisalignment {
         for (angle_deg, value) in model.sensing.misalignment_deg.iter_mut().zip(values) {
             *angle_deg += value;
         }
+    }
+
+    fn rarity(&self, values: &[f64]) -> f64 {
+        (values[0].hypot(values[1]) / USUAL_TILT_DEG).powi(2)
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use super::{
     Place, WalkEffect,
     effect::{around, named},
+    imu_misalignment::USUAL_TILT_DEG,
 };
 use crate::{
     Parameter,
@@ -13,6 +14,10 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct Slope;
 
+/// How steep ground usually is, and how large a tilt of the sensor: a slope can be told
+/// from a tilted sensor only as far as the robot turns, and where it does not, the usual
+/// sizes decide.
+const USUAL_DEG: f64 = 6.0;
 /// Steeper ground than this would throw the robot down.
 const STEEPEST_DEG: f64 = 20.0;
 
@@ -56,6 +61,11 @@ impl WalkEffect for Slope {
         let (angle_deg, uphill_deg) = Self::polar_deg(values);
         model.simulation.terrain.slope_rad = angle_deg.to_radians();
         model.simulation.terrain.uphill_rad = uphill_deg.to_radians();
+    }
+
+    fn rarity(&self, values: &[f64]) -> f64 {
+        let (angle_deg, _) = Self::polar_deg(values);
+        (angle_deg / USUAL_DEG).powi(2) + 4.0 * (USUAL_DEG / USUAL_TILT_DEG).ln()
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

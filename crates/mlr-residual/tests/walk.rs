@@ -1,0 +1,91 @@
+//! Walks of the model itself with an effect that the model is not told of.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use mlr_filter::{Axes, OrientationSeries};
+use mlr_model::{
+    Fault, Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator, Trajectory,
+};
+use mlr_residual::walk::{
+    Reported, Suspect, TracingSettings, WalkExplanation, WalkModel, WalkRecord, explain_walk,
+};
+use rand::{RngExt as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// What a healthy robot with these faults reports, with 0.02° of noise, standing for a
+/// second and walking for eight.
+fn recorded(faults: Vec<Fault>) -> OrientationSeries {
+    let settings = SimulationSettings {
+        duration_s: 8.0,
+        stand_s: 1.0,
+        faults,
+        ..SimulationSettings::default()
+    };
+    let robot = Robot::jethexa();
+    let healthy = Morphology::healthy(&robot.layout());
+    let simulator = Simulator::new(robot, &Gait::tripod(), settings).unwrap();
+    let Outcome::Walked(Trajectory { orientation, .. }) = simulator.simulate(&healthy) else {
+        panic!("diverged");
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut noisy = |angles_rad: &[f64]| -> Vec<f64> {
+        let noise = |x: &f64| x + 0.02_f64.to_radians() * 3.4 * (random.random::<f64>() - 0.5);
+        angles_rad.iter().map(noise).collect()
+    };
+    let axes = orientation.angles_rad();
+    let angles_rad = Axes {
+        roll: noisy(&axes.roll),
+        pitch: noisy(&axes.pitch),
+        yaw: noisy(&axes.yaw),
+    };
+    OrientationSeries::new(orientation.times_s().to_vec(), angles_rad).unwrap()
+}
+
+fn explained(faults: Vec<Fault>) -> WalkExplanation {
+    let record = WalkRecord::new(&recorded(faults), 0.0, false, 0.0, None).unwrap();
+    let robot = Robot::jethexa();
+    let healthy = Suspect {
+        morphology: Morphology::healthy(&robot.layout()),
+        ln_prior: 0.0,
+    };
+    let model = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
+    let settings = TracingSettings {
+        most_effects: 1,
+        ..TracingSettings::default()
+    };
+    explain_walk(&record, &model, &[healthy], &|_| Vec::new(), &settings, &()).unwrap()
+}
+
+#[test]
+fn where_the_model_lacks_nothing_nothing_is_added() {
+    let found = explained(Vec::new());
+    assert_eq!(found.effects, [], "{:?}", found.effects);
+    assert!(!found.unexplained, "{:?}", found.residual);
+    assert!(found.error_after.validation_deg < 0.1);
+    assert!(found.damaged_legs.is_empty());
+    // Nothing is out of the ordinary.
+    let usual = found.usual_differences.values();
+    assert!(usual.into_iter().all(|size| size.abs() < 1.5));
+}
+
+#[test]
+fn a_short_link_is_found_on_its_leg_with_its_length() {
+    let found = explained(vec![Fault::ShortLink {
+        leg: 5,
+        link: 3,
+        length_lost_m: 0.02,
+    }]);
+    let [effect] = &found.effects[..] else {
+        panic!("{:?}", found.effects);
+    };
+    assert_eq!(effect.kind, "short_link");
+    assert_eq!(effect.parameters["leg"], Reported::Number(5));
+    assert_eq!(effect.parameters["link"], Reported::Number(3));
+    let Reported::Quantity(lost_m) = effect.parameters["length_lost_m"] else {
+        panic!("{:?}", effect.parameters);
+    };
+    assert!((lost_m - 0.02).abs() < 0.002, "{lost_m}");
+    let [low, high] = effect.interval_95["length_lost_m"];
+    assert!(low < lost_m && lost_m < high, "{low} {high}");
+    assert!(effect.gain.iter().all(|gain| *gain > effect.price));
+    assert!(found.error_after.validation_deg < 0.2 * found.error_calibrated.validation_deg);
+}

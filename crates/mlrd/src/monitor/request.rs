@@ -1,0 +1,57 @@
+//! What the monitor asks for.
+
+use mlr_filter::OrientationSeries;
+use mlr_residual::walk::Sensing;
+
+/// A stretch of the walk to identify or to explain.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// The last seconds.
+    pub recording: OrientationSeries,
+    /// When the walk started, if known.
+    pub motion_start_s: Option<f64>,
+    /// Where the stretch to compare begins.
+    pub from_s: f64,
+}
+
+impl Request {
+    /// The same stretch without what this sensor adds to the body's orientation. Its
+    /// delay moves all times.
+    #[must_use]
+    pub fn corrected(self, sensing: &Sensing) -> Self {
+        Self {
+            recording: sensing.correct(&self.recording),
+            motion_start_s: self.motion_start_s.map(|time_s| time_s - sensing.delay_s),
+            from_s: self.from_s - sensing.delay_s,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_filter::Axes;
+
+    use super::*;
+
+    #[test]
+    fn a_late_sensor_moves_all_times_and_a_tilted_one_the_angles() {
+        let times_s: Vec<f64> = (0..100).map(|i| f64::from(i) * 0.01).collect();
+        let tilted = vec![0.1; times_s.len()];
+        let request = Request {
+            recording: OrientationSeries::new(times_s, Axes::from_fn(|_| tilted.clone())).unwrap(),
+            motion_start_s: Some(0.2),
+            from_s: 0.5,
+        };
+        let sensing = Sensing {
+            misalignment_deg: [0.1_f64.to_degrees(), 0.0],
+            delay_s: 0.04,
+            ..Sensing::default()
+        };
+        let corrected = request.corrected(&sensing);
+        assert!((corrected.from_s - 0.46).abs() < 1e-9);
+        assert!((corrected.motion_start_s.unwrap() - 0.16).abs() < 1e-9);
+        assert!((corrected.recording.times_s()[0] + 0.04).abs() < 1e-9);
+        assert!(corrected.recording.angles_rad().roll[0].abs() < 1e-9);
+        assert!((corrected.recording.angles_rad().pitch[0] - 0.1).abs() < 1e-9);
+    }
+}

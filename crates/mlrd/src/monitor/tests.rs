@@ -1,0 +1,224 @@
+//! Stories of walks.
+
+use std::{f64::consts::TAU, ops::Range};
+
+use super::*;
+
+fn monitor() -> Monitor {
+    Monitor::new(MotionSettings::default(), DetectorSettings::default(), 5.0).unwrap()
+}
+
+/// Stands for 3 s, walks calmly, rocks from 12 s to 25 s, is calm again, and
+/// stands from 30 s on.
+fn story(t: f64) -> Attitude {
+    walk(t, &(12.0..25.0), 30.0)
+}
+
+/// Stands for 3 s, walks until then, and rocks for some time of it.
+fn walk(t: f64, rocking: &Range<f64>, until_s: f64) -> Attitude {
+    let phase = (TAU * (t - 3.0)).sin();
+    let roll_deg = match t {
+        t if !(3.0..until_s).contains(&t) => 0.0,
+        t if rocking.contains(&t) => 8.0 * phase,
+        _ => 0.8 * phase,
+    };
+    Attitude {
+        time_s: t,
+        angles_rad: Axes {
+            roll: roll_deg.to_radians(),
+            pitch: 0.0,
+            yaw: 0.0,
+        },
+    }
+}
+
+fn run(monitor: &mut Monitor, from_s: f64, to_s: f64) -> Vec<(f64, Action)> {
+    let mut all = Vec::new();
+    for i in (from_s * 500.0) as u32..(to_s * 500.0) as u32 {
+        let t = f64::from(i) / 500.0;
+        all.extend(monitor.take(story(t)).into_iter().map(|action| (t, action)));
+    }
+    all
+}
+
+#[test]
+fn from_standing_to_identified_and_back() {
+    let mut monitor = monitor();
+    let mut actions = run(&mut monitor, 0.0, 22.0);
+    assert_eq!(monitor.state(), "identifying");
+    assert!(monitor.identified().is_none(), "nothing else is due yet");
+    actions.extend(run(&mut monitor, 22.0, 40.0));
+    let told: Vec<(f64, String)> = actions
+        .iter()
+        .map(|(t, action)| {
+            let name = match action {
+                Action::Report(Kind::MotionStarted { motion_start_s }) => {
+                    assert!(
+                        (motion_start_s - 3.0).abs() < 0.1,
+                        "{motion_start_s} at {t}"
+                    );
+                    "motion"
+                }
+                Action::Report(Kind::DamageDetected { .. }) => "damage",
+                Action::Report(Kind::Recovered) => "recovered",
+                Action::Report(other) => panic!("{other:?}"),
+                Action::Identify(request) => {
+                    assert!((request.motion_start_s.unwrap() - 3.0).abs() < 0.1);
+                    assert!(*request.recording.times_s().last().unwrap() >= request.from_s + 5.0);
+                    "identify"
+                }
+                Action::Explain(request) => {
+                    assert!((request.motion_start_s.unwrap() - 3.0).abs() < 0.1);
+                    "explain"
+                }
+            };
+            (*t, name.to_string())
+        })
+        .collect();
+    let names: Vec<&str> = told.iter().map(|(_, name)| name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["motion", "damage", "identify", "explain", "recovered"]
+    );
+    assert!((14.0..15.5).contains(&told[1].0), "{told:?}");
+    let waited_s = told[3].0 - told[1].0;
+    assert!((10.0..11.0).contains(&waited_s), "{told:?}");
+    assert!((25.0..27.0).contains(&told[4].0), "{told:?}");
+    assert_eq!(monitor.state(), "standing");
+}
+
+#[test]
+fn damage_that_changes_is_identified_again() {
+    let rocking = |t: f64| {
+        let swing_deg = match t {
+            t if t < 30.0 => 4.0,
+            t if t < 60.0 => 4.2,
+            _ => 7.0,
+        };
+        Attitude {
+            time_s: t,
+            angles_rad: Axes {
+                roll: f64::to_radians(swing_deg) * (TAU * t).sin(),
+                pitch: 0.0,
+                yaw: 0.0,
+            },
+        }
+    };
+    let mut monitor = monitor();
+    let mut asked_s = Vec::new();
+    let mut changes_s = Vec::new();
+    for i in 0..90 * 200 {
+        let t = f64::from(i) / 200.0;
+        for action in monitor.take(rocking(t)) {
+            match action {
+                Action::Identify(_) => {
+                    asked_s.push(t);
+                    monitor.identified();
+                }
+                Action::Explain(_) => panic!("the start of the walk is not on record"),
+                Action::Report(Kind::DamageDetected { changed: true, .. }) => changes_s.push(t),
+                Action::Report(_) => {}
+            }
+        }
+    }
+    assert!(asked_s[0] < 10.0, "{asked_s:?}");
+    assert!((60.0..66.0).contains(&changes_s[0]), "{changes_s:?}");
+    assert!(asked_s.iter().skip(1).all(|t| *t > 60.0), "{asked_s:?}");
+    assert!(asked_s.len() >= 2);
+}
+
+#[test]
+fn a_pause_begins_the_stretch_anew() {
+    let mut monitor = monitor();
+    run(&mut monitor, 0.0, 16.0);
+    assert_eq!(monitor.state(), "flagged");
+    let actions = run(&mut monitor, 16.3, 24.0);
+    let from_s = actions.iter().find_map(|(_, action)| match action {
+        Action::Identify(request) => Some(request.from_s),
+        Action::Explain(_) | Action::Report(_) => None,
+    });
+    assert!((from_s.unwrap() - 16.3).abs() < 0.01);
+}
+
+#[test]
+fn samples_too_far_apart_are_complained_of_once() {
+    let mut monitor = monitor();
+    let complaints = (0..200)
+        .flat_map(|i| monitor.take(story(f64::from(i) * 0.2)))
+        .filter(|action| matches!(action, Action::Report(Kind::Unidentified { .. })))
+        .count();
+    assert_eq!(complaints, 1);
+}
+
+/// Lives through a walk whose identifications take so long; returns what is to be
+/// explained, and when it was asked for.
+fn explanations(rocking: &Range<f64>, until_s: f64, taking_s: f64) -> Vec<(f64, Request)> {
+    let mut monitor = monitor();
+    let mut asked = Vec::new();
+    let mut done_s = f64::INFINITY;
+    for i in 0..90 * 200 {
+        let t = f64::from(i) / 200.0;
+        let mut actions = monitor.take(walk(t, rocking, until_s));
+        if actions
+            .iter()
+            .any(|action| matches!(action, Action::Identify(_)))
+        {
+            done_s = t + taking_s;
+        }
+        if t >= done_s {
+            done_s = f64::INFINITY;
+            actions.extend(monitor.identified());
+        }
+        asked.extend(actions.into_iter().filter_map(|action| match action {
+            Action::Explain(request) => Some((t, request)),
+            _ => None,
+        }));
+    }
+    asked
+}
+
+#[test]
+fn an_explanation_is_asked_for_once_and_shows_the_robot_standing() {
+    // An identification that takes long does not make it lose the stretch.
+    for (taking_s, asked_s) in [(0.5, 24.0..26.0), (30.0, 49.0..51.0)] {
+        let asked = explanations(&(12.0..80.0), 85.0, taking_s);
+        let [(t, request)] = asked.as_slice() else {
+            panic!("{} times", asked.len());
+        };
+        assert!(asked_s.contains(t), "{t}");
+        let times_s = request.recording.times_s();
+        let (first_s, last_s) = (times_s[0], times_s[times_s.len() - 1]);
+        assert!(first_s <= 2.0, "{first_s}");
+        assert!((14.0..15.5).contains(&request.from_s));
+        assert!((10.0..11.0).contains(&(last_s - request.from_s)));
+    }
+}
+
+#[test]
+fn a_robot_that_calms_down_or_stops_too_early_is_not_explained() {
+    for taking_s in [0.5, 7.0] {
+        assert!(explanations(&(12.0..23.0), 85.0, taking_s).is_empty());
+        assert!(explanations(&(12.0..80.0), 23.0, taking_s).is_empty());
+    }
+}
+
+#[test]
+fn a_walk_that_began_too_long_ago_is_not_explained() {
+    assert!(explanations(&(40.0..80.0), 85.0, 0.5).is_empty());
+}
+
+#[test]
+fn what_could_not_be_identified_is_not_explained() {
+    let mut monitor = monitor();
+    let walk = |t: f64| walk(t, &(12.0..60.0), 70.0);
+    for i in 0..60 * 200 {
+        for action in monitor.take(walk(f64::from(i) / 200.0)) {
+            match action {
+                Action::Identify(_) => monitor.unidentified(),
+                Action::Explain(_) => panic!("nothing to explain"),
+                Action::Report(_) => {}
+            }
+        }
+    }
+    assert_eq!(monitor.state(), "identified");
+}

@@ -1,0 +1,166 @@
+//! From damage to its explanation, on a real pseudo-terminal. Time is the device's, as
+//! fast as the daemon reads. An explanation takes minutes, and is waited for only on
+//! demand:
+//!
+//! ```text
+//! cargo test --release -p mlrd --test explanation -- --ignored --nocapture
+//! ```
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that cannot go on has failed, and what it measured is shown"
+)]
+
+mod daemon;
+
+use std::{
+    fs, thread,
+    time::{Duration, Instant},
+};
+
+use daemon::{
+    Daemon, LOG,
+    player::{Device, Line},
+};
+
+/// How long an identification or an explanation may take on a busy computer.
+const PATIENCE: Duration = Duration::from_secs(900);
+/// What the damaged walk shows by then is enough for an identification, and too little
+/// for an explanation.
+const IDENTIFIED_BY_S: f64 = 28.0;
+/// What is left of the log is sent so slowly that the explanation has begun by the end.
+const PIECE: Duration = Duration::from_millis(1);
+/// What a thread of the lowest priority has.
+const NICEST: &str = "19";
+
+/// A daemon that has identified the robot of the log, and heard all of the log.
+struct Story {
+    daemon: Daemon,
+    sent: usize,
+    _line: Line,
+    _folder: tempfile::TempDir,
+}
+
+impl Story {
+    fn told(settings: &str, more: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let config = folder.path().join("mlrd.toml");
+        fs::write(&config, format!("status_every_s = 0.5\n{settings}")).unwrap();
+        let port = folder.path().join("imu");
+        let arguments = ["--port", port.to_str().unwrap(), "--config"];
+        let arguments = arguments.into_iter().chain([config.to_str().unwrap()]);
+        let daemon = Daemon::start(arguments.chain(more.iter().copied()));
+        daemon.next("port_lost");
+        let mut line = Line::plugged_in(&port);
+        daemon.next("port_opened");
+        let frames = Device::RegisterBurst.frames(LOG);
+        let (before, after) =
+            frames.split_at(frames.partition_point(|frame| frame.time_s < IDENTIFIED_BY_S));
+        for frame in before {
+            line.send(&frame.bytes);
+        }
+        let begin = Instant::now();
+        let identified = daemon.next_within("identified", PATIENCE);
+        println!(
+            "{} identified in {:.1} s",
+            identified["result"]["description"],
+            begin.elapsed().as_secs_f64()
+        );
+        for frame in after {
+            line.send(&frame.bytes);
+            thread::sleep(PIECE);
+        }
+        Self {
+            daemon,
+            sent: frames.len(),
+            _line: line,
+            _folder: folder,
+        }
+    }
+
+    /// No frame was lost, whatever the daemon was busy with.
+    fn expect_every_frame(&self) {
+        let begin = Instant::now();
+        loop {
+            let status = self.daemon.next("status");
+            assert_eq!((&status["bad"], &status["lost"]), (&0.into(), &0.into()));
+            if status["good"] == self.sent {
+                return;
+            }
+            assert!(begin.elapsed().as_secs() < 10, "{status} of {}", self.sent);
+        }
+    }
+}
+
+/// Niceness and time of processor, in hundredths of a second, of the thread that
+/// explains.
+fn explaining_thread(process: u32) -> (String, u64) {
+    let stats = fs::read_dir(format!("/proc/{process}/task")).unwrap();
+    let stat = stats
+        .map(|task| fs::read_to_string(task.unwrap().path().join("stat")).unwrap())
+        .find(|stat| stat.contains("(explain-0)"))
+        .unwrap();
+    // Fields 14 and 19 of proc(5), counted after the name in brackets.
+    let fields: Vec<&str> = stat
+        .rsplit(')')
+        .next()
+        .unwrap()
+        .split_whitespace()
+        .collect();
+    (fields[16].into(), fields[11].parse().unwrap())
+}
+
+/// The least that an identification can do.
+const QUICK: &str = "
+[identification]
+leaders = 1
+variations = [{}]
+[identification.genetic]
+population = 4
+generations = 1
+islands = 1
+refine = false
+";
+
+#[test]
+fn an_explanation_delays_neither_the_reading_nor_the_end() {
+    let story = Story::told(QUICK, &["--threads", "2"]);
+    let process = story.daemon.id();
+    let begin = Instant::now();
+    loop {
+        let (niceness, busy) = explaining_thread(process);
+        assert_eq!(niceness, NICEST);
+        if busy > 0 {
+            break;
+        }
+        assert!(begin.elapsed().as_secs() < 60, "nothing is explained");
+        thread::sleep(Duration::from_millis(100));
+    }
+    story.expect_every_frame();
+    let begin = Instant::now();
+    story.daemon.terminate();
+    assert!(begin.elapsed().as_secs_f64() < 3.0, "{:?}", begin.elapsed());
+}
+
+#[test]
+#[ignore = "takes minutes, even in release"]
+fn an_identified_walk_is_explained() {
+    let story = Story::told("", &[]);
+    let begin = Instant::now();
+    let explained = story.daemon.next_within("explained", PATIENCE);
+    println!(
+        "explained in {:.1} s: {}",
+        begin.elapsed().as_secs_f64(),
+        explained["result"]["effects"]
+    );
+    let result = &explained["result"];
+    assert_eq!(result["schema"], "mlr.explanation/1");
+    assert_eq!(result["seed"], 1);
+    assert!(result["log"].as_str().unwrap().ends_with("imu"));
+    assert!((4.9..6.0).contains(&result["stretch_s"].as_f64().unwrap()));
+    assert_eq!(result["damaged_legs"], serde_json::json!([3, 4]));
+    let remarkable = result["unexplained"] == true || result["effects"][0].is_object();
+    assert_eq!(explained["level"], u8::from(remarkable));
+    story.expect_every_frame();
+    story.daemon.terminate();
+}

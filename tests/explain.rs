@@ -1,0 +1,79 @@
+//! The whole loop on a stand-in log: a healthy robot whose sensor is mounted at an
+//! angle that nothing in the log declares. The truth is read by the assertions only.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use mlr_ga::{ExplainSettings, IdentifySettings, Model, Search, explain};
+use mlr_golden_tests::data;
+use mlr_imu::{Columns, read_log_with_raw};
+use mlr_model::{Gait, Robot};
+use mlr_residual::walk::{Reported, TracingSettings};
+
+struct Silent;
+
+impl mlr_ga::Progress for Silent {
+    fn expect(&self, _: usize) {}
+    fn expect_more(&self, _: usize) {}
+    fn advance(&self) {}
+}
+
+impl mlr_residual::Progress for Silent {
+    fn expect_more(&self, _: usize) {}
+    fn advance(&self) {}
+}
+
+#[test]
+fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
+    let log = data("logs/stand-in/undeclared-c.csv.gz");
+    let (recording, raw) = read_log_with_raw(&log, &Columns::default()).unwrap();
+    assert!(raw.is_some(), "the log has raw samples beside its angles");
+    let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+    let model = Model {
+        robot: &robot,
+        gait: &gait,
+        atlas: None,
+    };
+    let mut identify = IdentifySettings::default();
+    identify.variations.truncate(1);
+    let how = ExplainSettings {
+        identify: &identify,
+        search: Search::Genetic { repeats: 1 },
+        tracing: &TracingSettings {
+            most_effects: 1,
+            ..TracingSettings::default()
+        },
+        seed: 1,
+    };
+    let found = explain(&recording, raw.as_ref(), model, how, &Silent).unwrap();
+    let explanation = &found.explanation;
+
+    let text = std::fs::read_to_string(data("logs/stand-in/truth.json")).unwrap();
+    let truth: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let truth = &truth["undeclared-c"];
+    assert_eq!(truth["effect"], "imu_misalignment");
+    let tilt_deg = |axis: usize| truth["plant"]["mis_deg"][axis].as_f64().unwrap();
+
+    assert!(explanation.damaged_legs.is_empty());
+    let [effect] = &explanation.effects[..] else {
+        panic!("{:?}", explanation.effects);
+    };
+    // On a robot that hardly turns, a slope tilts the sensor as well.
+    let kinds: Vec<&str> = std::iter::once(effect.kind.as_str())
+        .chain(effect.rivals.iter().map(|rival| rival.kind.as_str()))
+        .collect();
+    assert!(kinds.contains(&"imu_misalignment"), "{kinds:?}");
+    assert!(kinds.contains(&"slope"), "{kinds:?}");
+    if effect.kind == "imu_misalignment" {
+        for (axis, name) in ["roll_deg", "pitch_deg"].into_iter().enumerate() {
+            let Reported::Quantity(found_deg) = effect.parameters[name] else {
+                panic!("{:?}", effect.parameters);
+            };
+            assert!(
+                (found_deg - tilt_deg(axis)).abs() < 0.5,
+                "{name} {found_deg}"
+            );
+        }
+    }
+    let (before, after) = (explanation.error_before, explanation.error_after);
+    assert!(after.validation_deg < 0.2 * before.validation_deg);
+    assert!(!explanation.unexplained, "{:?}", explanation.residual);
+}
