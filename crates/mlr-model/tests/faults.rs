@@ -1,4 +1,5 @@
 //! What faults do to a walk, with the healthy walk as control.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_model::{
     Fault, Gait, GroundContact, Morphology, Outcome, Record, Robot, SimulationSettings, Simulator,

@@ -124,14 +124,14 @@ impl Bench {
             let (request, corrected) = to_explain.try_iter().last().unwrap_or(next);
             let report = self
                 .pool
-                .install(|| self.report(request.corrected(&corrected)));
+                .install(|| self.report(&request.corrected(&corrected)));
             if done.send(Explained { report, corrected }).is_err() {
                 return;
             }
         }
     }
 
-    fn report(&self, request: Request) -> Result<ExplanationReport, ExplainError> {
+    fn report(&self, request: &Request) -> Result<ExplanationReport, ExplainError> {
         let begin = Instant::now();
         let known = &self.known;
         let identify = IdentifySettings {

@@ -56,7 +56,7 @@ impl<'a> Calibration<'a> {
             record,
         };
         let there = vec![0.0; Difference::ALL.len()];
-        let Some(mut best) = calibrate.at(nominal.clone(), there)? else {
+        let Some(mut best) = calibrate.at(nominal, &there)? else {
             return Ok(None);
         };
         for _ in 0..MAX_ROUNDS {
@@ -153,11 +153,11 @@ impl Calibrate<'_, '_> {
     }
 
     /// Walks a model and measures it.
-    fn at(&self, model: WalkModel, there: Vec<f64>) -> Result<Option<Stage>, ModelError> {
+    fn at(&self, model: &WalkModel, there: &[f64]) -> Result<Option<Stage>, ModelError> {
         let usual = &self.settings.usual;
-        let with_effects = self.with_effects(&model);
+        let with_effects = self.with_effects(model);
         let walks = NearbyWalks::new(usual, &with_effects, self.morphology, self.record)?;
-        Ok(walks.map(|walks| self.of(&model, &there, &walks)))
+        Ok(walks.map(|walks| self.of(model, there, &walks)))
     }
 
     /// Measures a model by its walks, with the filter time that suits it.
@@ -201,6 +201,6 @@ impl Calibrate<'_, '_> {
                 there[k] += size;
             }
         }
-        self.at(model, there)
+        self.at(&model, &there)
     }
 }
