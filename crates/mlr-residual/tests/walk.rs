@@ -12,10 +12,10 @@ use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// What a healthy robot with these faults reports, with 0.02° of noise, standing for a
-/// second and walking for eight.
+/// second and walking for six.
 fn recorded(faults: Vec<Fault>) -> OrientationSeries {
     let settings = SimulationSettings {
-        duration_s: 8.0,
+        duration_s: 6.4,
         stand_s: 1.0,
         faults,
         ..SimulationSettings::default()

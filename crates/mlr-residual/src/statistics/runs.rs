@@ -3,14 +3,10 @@
 use libm::erfc;
 
 /// The probability that independent errors form as few or as many runs above and below
-/// their median (Wald and Wolfowitz, 1940; normal approximation, two-sided).
+/// their mean (Wald and Wolfowitz, 1940; normal approximation, two-sided).
 pub(crate) fn runs_p_value(signal: &[f64]) -> f64 {
-    let mut sorted = signal.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let Some(&median) = sorted.get(sorted.len() / 2) else {
-        return 1.0;
-    };
-    let above: Vec<bool> = signal.iter().map(|value| *value > median).collect();
+    let mean = signal.iter().sum::<f64>() / signal.len().max(1) as f64;
+    let above: Vec<bool> = signal.iter().map(|value| *value > mean).collect();
     let ones = above.iter().filter(|is_above| **is_above).count() as f64;
     let (n, others) = (above.len() as f64, above.len() as f64 - ones);
     if ones == 0.0 || others == 0.0 || n < 3.0 {
