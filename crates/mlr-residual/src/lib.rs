@@ -23,6 +23,13 @@
 //! # Ok::<(), mlr_residual::SensorError>(())
 //! ```
 
+//!
+//! The model of a walking robot is its simulation on a described body with a sensor on it
+//! ([`walk::WalkModel`]). [`walk::explain_walk()`] compares it with the roll, pitch and yaw of
+//! a recorded walk in the same way: effects of the body, its ground and its sensor
+//! ([`walk_effects`]) are fitted on one half of the walk and judged on the other, beside what
+//! robots usually differ by ([`walk::UsualDifferences`]).
+
 mod error;
 mod fit;
 mod parameter;

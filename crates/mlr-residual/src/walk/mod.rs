@@ -3,20 +3,18 @@
 mod calibration;
 mod comparison;
 mod decomposition;
-mod explain;
 mod model;
 mod record;
 mod remainder;
 mod report;
-mod round;
 mod sensing;
+mod tracing;
 mod trial;
 mod usual;
 
 pub use calibration::ComparisonSettings;
 pub use comparison::ErrorWeights;
 pub use decomposition::{AxisResidual, Harmonic};
-pub use explain::{IdentifyAgain, Suspect, TracingSettings, explain_walk};
 pub use model::WalkModel;
 pub use record::WalkRecord;
 pub use remainder::UsualRemainder;
@@ -25,6 +23,7 @@ pub use report::{
     WalkExplanation,
 };
 pub use sensing::Sensing;
+pub use tracing::{IdentifyAgain, Suspect, TracingSettings, explain_walk};
 pub use usual::UsualDifferences;
 
 pub(crate) use calibration::Calibration;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Comparison, Placed, Trial, Walker};
+use crate::walk::{Comparison, Placed, Trial, Walker};
 use crate::{
     Progress,
     walk_effects::{LIBRARY, Place, WalkEffect},

@@ -1,0 +1,179 @@
+//! Tracing a residual to effects that the model lacks.
+
+mod findings;
+mod judging;
+mod round;
+mod state;
+
+use mlr_model::Morphology;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    ComparisonSettings, StretchErrors, Trial, UsualRemainder, WalkError, WalkExplanation,
+    WalkModel, WalkRecord, Walker, remainder::remainder,
+};
+use crate::Progress;
+
+/// How effects are traced.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TracingSettings {
+    /// How models are compared with the record.
+    pub comparison: ComparisonSettings,
+    /// What an effect must gain on either stretch before it is added, besides the price
+    /// of its parameters and places. The usual gain by chance, measured on logs of
+    /// undisturbed robots (`docs/explain.md`), stays below it.
+    pub least_gain: f64,
+    /// Price of each parameter.
+    pub price_per_parameter: f64,
+    /// Effects that are added at most.
+    pub most_effects: usize,
+    /// Candidates this close to the best in their gains on both stretches together are
+    /// its rivals.
+    pub rival_gain: f64,
+    /// What another morphology must gain on both stretches together before it takes the
+    /// place of the one identified.
+    pub switch_gain: f64,
+    /// What the model leaves of robots that lack nothing.
+    pub remainder: UsualRemainder,
+}
+
+impl Default for TracingSettings {
+    fn default() -> Self {
+        Self {
+            comparison: ComparisonSettings::default(),
+            least_gain: 6.0,
+            price_per_parameter: 1.0,
+            most_effects: 3,
+            rival_gain: 6.0,
+            switch_gain: 8.0,
+            remainder: UsualRemainder::default(),
+        }
+    }
+}
+
+/// A morphology that the robot may have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suspect {
+    /// Which links are left.
+    pub morphology: Morphology,
+    /// Logarithm of its probability before the record is compared with its walk.
+    pub ln_prior: f64,
+}
+
+/// Names the morphologies that come into question when the model has effects.
+pub type IdentifyAgain<'a> = dyn Fn(&WalkModel) -> Vec<Suspect> + 'a;
+
+/// Finds what the model of a walk lacks.
+///
+/// Of the `suspects`, the first of which is the morphology as identified, the one is
+/// taken that leaves least with the usual differences between robots fitted. Then every
+/// effect of the library is fitted on the first stretch of the record, on top of those
+/// found before, and measured on the second, which it never saw. Its gain is the fall of
+/// n · ln(error²), summed over the axes, and of the price of the usual differences that
+/// it makes unnecessary. The best one is added if its gain exceeds its price on both
+/// stretches: the least gain that chance could give, something for each parameter, and
+/// the logarithm of the number of places where it was tried. With the effect in place
+/// the morphology is identified again. Effects are added until none is worth its price.
+///
+/// # Errors
+/// [`WalkError`] when no suspect's walk can be simulated.
+pub fn explain_walk(
+    record: &WalkRecord,
+    nominal: &WalkModel,
+    suspects: &[Suspect],
+    identify_again: &IdentifyAgain<'_>,
+    settings: &TracingSettings,
+    progress: &dyn Progress,
+) -> Result<WalkExplanation, WalkError> {
+    let tracing = Tracing {
+        record,
+        nominal,
+        settings,
+        progress,
+    };
+    let identified = suspects.first().ok_or(WalkError::Diverged)?;
+    let first = tracing
+        .likeliest(std::slice::from_ref(identified), &[])?
+        .ok_or(WalkError::Diverged)?;
+    let error_before = tracing.as_described(&identified.morphology, first.lost_links())?;
+    let mut state = tracing.likeliest_beside(&first, suspects, &[])?;
+    let error_calibrated = errors(&first.trial);
+    let residual_before = tracing.decomposed(&first);
+    let mut effects = Vec::new();
+    let mut candidates = loop {
+        let judged = tracing.round(&state);
+        if effects.len() >= settings.most_effects {
+            break judged;
+        }
+        let contenders = tracing.contenders(&state, &judged)?;
+        let Some((best, with_best)) = contenders.first() else {
+            break judged;
+        };
+        effects.push(tracing.traced(best, &contenders));
+        let found = with_best.trial.effects.clone();
+        let mut again = identify_again(&with_best.walker().with(&found));
+        again.insert(0, with_best.suspect());
+        again.extend_from_slice(suspects);
+        dedup(&mut again);
+        state = tracing.likeliest_beside(with_best, &again, &found)?;
+    };
+    tracing.finish_effects(&state, &mut effects);
+    if let Some(locked) = tracing.locked_links(&state)? {
+        effects.push(locked);
+    }
+    let residual_after = tracing.decomposed(&state);
+    let model = Walker {
+        model: &state.calibration_model,
+        morphology: &state.morphology,
+    }
+    .with(&state.trial.effects);
+    let left = remainder(record, &model, &residual_after, &settings.remainder);
+    candidates.retain(|judged| !effects.iter().any(|effect| effect.kind == judged.kind()));
+    let mut warnings = Vec::new();
+    if record.standing().is_empty() {
+        warnings
+            .push("the log does not show the robot standing: offsets at rest are not known".into());
+    }
+    Ok(WalkExplanation {
+        morphology_before: identified.morphology.to_rows(),
+        morphology: state.morphology.to_rows(),
+        damaged_legs: state.morphology.damaged_legs(),
+        effects,
+        unexplained: left.unexplained,
+        error_before,
+        error_calibrated,
+        error_after: errors(&state.trial),
+        noise_floor_deg: left.floor_deg,
+        usual_differences: state.usual_differences(),
+        candidates: tracing.candidates(&candidates),
+        residual: left.residual,
+        residual_before,
+        residual_after,
+        stretch_s: record.fit().len() as f64 * WalkRecord::PERIOD_S,
+        warnings,
+    })
+}
+
+/// Keeps the first of each morphology.
+fn dedup(suspects: &mut Vec<Suspect>) {
+    let mut seen: Vec<Morphology> = Vec::new();
+    suspects.retain(|suspect| {
+        let new = !seen.contains(&suspect.morphology);
+        if new {
+            seen.push(suspect.morphology.clone());
+        }
+        new
+    });
+}
+
+fn errors(trial: &Trial) -> StretchErrors {
+    StretchErrors::new(trial.fit_deg2, trial.unseen_deg2)
+}
+
+struct Tracing<'a> {
+    record: &'a WalkRecord,
+    nominal: &'a WalkModel,
+    settings: &'a TracingSettings,
+    progress: &'a dyn Progress,
+}
