@@ -46,7 +46,7 @@ impl Default for TracingSettings {
             price_per_parameter: 1.0,
             most_effects: 3,
             rival_gain: 6.0,
-            switch_gain: 8.0,
+            switch_gain: 20.0,
             remainder: UsualRemainder::default(),
         }
     }
