@@ -1,5 +1,7 @@
 //! The whole loop on a stand-in log: a healthy robot whose sensor is mounted at an
 //! angle that nothing in the log declares. The truth is read by the assertions only.
+//!
+//! `cargo test --release -p mlr-golden-tests --test explain -- --ignored`
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_ga::{ExplainSettings, IdentifySettings, Model, Search, explain};
@@ -22,6 +24,7 @@ impl mlr_residual::Progress for Silent {
 }
 
 #[test]
+#[ignore = "identifies twice and traces once: a minute; crates/mlr-residual/tests/walk.rs traces in less"]
 fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
     let log = data("logs/stand-in/undeclared-c.csv.gz");
     let (recording, raw) = read_log_with_raw(&log, &Columns::default()).unwrap();
