@@ -10,19 +10,6 @@ use mlr_imu::{Columns, read_log_with_raw};
 use mlr_model::{Gait, Robot};
 use mlr_residual::walk::{Reported, TracingSettings};
 
-struct Silent;
-
-impl mlr_ga::Progress for Silent {
-    fn expect(&self, _: usize) {}
-    fn expect_more(&self, _: usize) {}
-    fn advance(&self) {}
-}
-
-impl mlr_residual::Progress for Silent {
-    fn expect_more(&self, _: usize) {}
-    fn advance(&self) {}
-}
-
 #[test]
 #[ignore = "identifies twice and traces once: a minute; crates/mlr-residual/tests/walk.rs traces in less"]
 fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
@@ -46,7 +33,7 @@ fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
         },
         seed: 1,
     };
-    let found = explain(&recording, raw.as_ref(), model, how, &Silent).unwrap();
+    let found = explain(&recording, raw.as_ref(), model, how, &()).unwrap();
     let explanation = &found.explanation;
 
     let text = std::fs::read_to_string(data("logs/stand-in/truth.json")).unwrap();

@@ -120,23 +120,9 @@ fn score(
 ) -> anyhow::Result<EffectsScore> {
     let started = Instant::now();
     let (recording, raw) = read_log_with_raw(&truth.log.log, &Columns::default())?;
-    let explained = explain(&recording, raw.as_ref(), model, how, &NoProgress)?;
+    let explained = explain(&recording, raw.as_ref(), model, how, &())?;
     let elapsed_s = started.elapsed().as_secs_f64();
     Ok(EffectsScore::new(truth, &explained.explanation, elapsed_s))
-}
-
-/// The bar counts logs.
-struct NoProgress;
-
-impl mlr_ga::Progress for NoProgress {
-    fn expect(&self, _: usize) {}
-    fn expect_more(&self, _: usize) {}
-    fn advance(&self) {}
-}
-
-impl mlr_residual::Progress for NoProgress {
-    fn expect_more(&self, _: usize) {}
-    fn advance(&self) {}
 }
 
 impl Report {

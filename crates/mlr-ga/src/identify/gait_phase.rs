@@ -34,12 +34,18 @@ pub struct Begins {
 }
 
 impl GaitPhase {
+    /// When a simulated robot has reached its steady gait: one period after the ramp, in
+    /// whole periods.
+    pub(crate) fn steady_s(gait: &Gait) -> f64 {
+        (gait.ramp_s / gait.period_s).ceil() * gait.period_s + gait.period_s
+    }
+
     /// Where a simulated walk may begin to be compared.
     ///
     /// A stretch in mid-walk begins after the simulated robot has reached its
     /// steady gait: one period after the ramp. There, only the phase matters.
     pub fn begins(self, gait: &Gait) -> Begins {
-        let steady_s = (gait.ramp_s / gait.period_s).ceil() * gait.period_s + gait.period_s;
+        let steady_s = Self::steady_s(gait);
         let (phase_s, error_s) = match self {
             Self::Start => {
                 return Begins {

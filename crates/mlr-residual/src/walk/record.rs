@@ -170,7 +170,7 @@ impl WalkRecord {
 }
 
 /// Root mean square of what is left without mean and trend; 0 for fewer than three.
-fn deviation(angles_deg: &[f64]) -> f64 {
+pub(super) fn deviation(angles_deg: &[f64]) -> f64 {
     let n = angles_deg.len() as f64;
     if n < 3.0 {
         return 0.0;

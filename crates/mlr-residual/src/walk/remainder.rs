@@ -3,8 +3,7 @@
 use mlr_filter::Axis;
 use serde::{Deserialize, Serialize};
 
-use super::{ByAxis, RemainingResidual, WalkModel, WalkRecord};
-use crate::statistics::rms;
+use super::{ByAxis, RemainingResidual, WalkModel, WalkRecord, record::deviation};
 
 /// What the model of a walk leaves of robots that lack nothing: measured on logs of
 /// undisturbed robots of an independent plant (`docs/explain.md`).
@@ -110,20 +109,7 @@ pub(crate) fn remainder(
 fn swings_deg(record: &WalkRecord) -> [f64; 3] {
     let walking = record.fit().start..record.unseen().end;
     let axes = record.measured_deg().as_ref().into_array();
-    axes.map(|angles_deg| {
-        let angles_deg = &angles_deg[walking.clone()];
-        let n = angles_deg.len().max(1) as f64;
-        let mean = angles_deg.iter().sum::<f64>() / n;
-        let middle = (n - 1.0) / 2.0;
-        let line: Vec<f64> = (0..angles_deg.len()).map(|i| i as f64 - middle).collect();
-        let length2: f64 = line.iter().map(|x| x * x).sum::<f64>().max(1e-12);
-        let along: f64 = line.iter().zip(angles_deg).map(|(x, a)| x * a).sum();
-        let left = line
-            .iter()
-            .zip(angles_deg)
-            .map(|(x, a)| a - mean - along / length2 * x);
-        rms(&left.collect::<Vec<f64>>())
-    })
+    axes.map(|angles_deg| deviation(&angles_deg[walking.clone()]))
 }
 
 /// The torque that swings the body alone at this frequency and amplitude: an upper limit
