@@ -48,6 +48,7 @@ mod moving_mean;
 mod orientation;
 mod sliding_range;
 mod spectrum;
+mod steady_drift;
 mod time_stamps;
 mod window;
 

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{OrientationSeries, sliding_range::SlidingRange};
+use crate::{
+    Axes, OrientationSeries, sliding_range::SlidingRange, steady_drift::without_steady_drift_deg,
+};
 
 /// Parameters of the search for the start of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -69,7 +71,8 @@ impl MotionStart {
     /// must increase.
     ///
     /// The mechanism is the paper's sliding window, with a window short enough
-    /// to see the first twitch of a body that healthy legs keep within a degree.
+    /// to see the first twitch of a body that healthy legs keep within a degree. What a
+    /// biased gyroscope adds while the robot stands is no motion.
     ///
     /// # Errors
     /// [`NoMotion`] when there is none.
@@ -78,7 +81,6 @@ impl MotionStart {
         settings: &MotionSettings,
     ) -> Result<Self, NoMotion> {
         let times_s = recording.times_s();
-        let fluctuation_deg = fluctuation_deg(recording, settings.window_s);
         let angles = recording.angles_rad();
         let noise_deg = [&angles.roll, &angles.pitch, &angles.yaw]
             .map(|samples| noise_deviation(samples))
@@ -87,6 +89,8 @@ impl MotionStart {
             .to_degrees();
         let above_noise = |threshold_deg: f64| threshold_deg.max(settings.noise_factor * noise_deg);
         let smallest_deg = above_noise(settings.threshold_deg / 2.0);
+        let angles_deg = without_steady_drift_deg(recording, smallest_deg);
+        let fluctuation_deg = fluctuation_deg(times_s, &angles_deg, settings.window_s);
         [above_noise(settings.threshold_deg), smallest_deg]
             .into_iter()
             .find_map(|threshold_deg| {
@@ -113,20 +117,16 @@ impl MotionStart {
 
 /// For each sample, the largest fluctuation of any angle within the window that
 /// ends there.
-fn fluctuation_deg(recording: &OrientationSeries, window_s: f64) -> Vec<f64> {
-    let angles = recording.angles_rad();
+fn fluctuation_deg(times_s: &[f64], angles_deg: &Axes<Vec<f64>>, window_s: f64) -> Vec<f64> {
     let mut ranges = [(); 3].map(|()| SlidingRange::new(window_s));
-    recording
-        .times_s()
-        .iter()
-        .enumerate()
+    let times_s = times_s.iter().enumerate();
+    times_s
         .map(|(index, &time_s)| {
-            [&angles.roll, &angles.pitch, &angles.yaw]
+            [&angles_deg.roll, &angles_deg.pitch, &angles_deg.yaw]
                 .into_iter()
                 .zip(&mut ranges)
                 .map(|(samples, range)| range.push(time_s, samples[index]))
                 .fold(0.0, f64::max)
-                .to_degrees()
         })
         .collect()
 }

@@ -6,7 +6,8 @@ use mlr_model::{LegLayout, Morphology};
 use mlr_residual::{
     Progress,
     walk::{
-        Suspect, TracingSettings, WalkError, WalkExplanation, WalkModel, WalkRecord, explain_walk,
+        MorphologySearch, Suspect, TracingSettings, WalkError, WalkExplanation, WalkModel,
+        WalkRecord, explain_walk,
     },
 };
 use thiserror::Error;
@@ -120,22 +121,17 @@ pub fn explain(
     );
     let layout = robot.layout();
     let suspects = suspects(&identification, &layout, identify_settings);
-    let identify_again = |with_effects: &WalkModel| -> Vec<Suspect> {
-        again(
-            with_effects,
-            recording,
-            identify_settings,
-            walk_start_s,
-            seed,
-        )
-        .map(|found| self::suspects(&found, &layout, identify_settings))
-        .unwrap_or_default()
+    let again = Again {
+        recording,
+        settings: identify_settings,
+        walk_start_s,
+        seed,
     };
     let explanation = explain_walk(
         &record,
         &nominal,
         &suspects,
-        &identify_again,
+        &again,
         tracing,
         progress,
     )?;
@@ -186,32 +182,44 @@ fn suspects(
     suspects
 }
 
-/// Identifies the robot with effects in its model. The model is as it should be, so that
-/// no variations of it are tried.
-fn again(
-    with_effects: &WalkModel,
-    recording: &OrientationSeries,
-    settings: &IdentifySettings,
+/// Identifies the robot with effects in its model.
+struct Again<'a> {
+    recording: &'a OrientationSeries,
+    settings: &'a IdentifySettings,
     walk_start_s: f64,
     seed: u64,
-) -> Option<Identification> {
-    let robot = with_effects
-        .robot
-        .clone()
-        .with_servo(with_effects.servo)
-        .ok()?;
-    let corrected = with_effects.sensing.correct(recording);
-    let settings = IdentifySettings {
-        variations: settings.variations.iter().take(1).copied().collect(),
-        simulation: with_effects.simulation.clone(),
-        motion_start_s: Some(walk_start_s),
-        ..settings.clone()
-    };
-    let model = Model {
-        robot: &robot,
-        gait: &with_effects.gait,
-        atlas: None,
-    };
-    let search = Search::Genetic { repeats: 1 };
-    identify(corrected, model, &settings, search, seed, &()).ok()
+}
+
+impl Again<'_> {
+    /// The model is as it should be, so that no variations of it are tried.
+    fn identify(&self, model: &WalkModel) -> Option<Identification> {
+        let robot = model.robot.clone().with_servo(model.servo).ok()?;
+        let corrected = model.sensing.correct(self.recording);
+        let settings = IdentifySettings {
+            variations: self.settings.variations.iter().take(1).copied().collect(),
+            simulation: model.simulation.clone(),
+            motion_start_s: Some(self.walk_start_s),
+            ..self.settings.clone()
+        };
+        let model = Model {
+            robot: &robot,
+            gait: &model.gait,
+            atlas: None,
+        };
+        let search = Search::Genetic { repeats: 1 };
+        identify(corrected, model, &settings, search, self.seed, &()).ok()
+    }
+}
+
+impl MorphologySearch for Again<'_> {
+    fn with_effects(&self, model: &WalkModel) -> Vec<Suspect> {
+        let layout = model.robot.layout();
+        self.identify(model)
+            .map(|found| suspects(&found, &layout, self.settings))
+            .unwrap_or_default()
+    }
+
+    fn ln_prior(&self, morphology: &Morphology) -> f64 {
+        self.settings.prior.ln(morphology)
+    }
 }

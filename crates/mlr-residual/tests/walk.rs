@@ -6,7 +6,8 @@ use mlr_model::{
     Fault, Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator, Trajectory,
 };
 use mlr_residual::walk::{
-    Reported, Suspect, TracingSettings, WalkExplanation, WalkModel, WalkRecord, explain_walk,
+    MorphologySearch, Reported, Suspect, TracingSettings, WalkExplanation, WalkModel, WalkRecord,
+    explain_walk,
 };
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,6 +41,19 @@ fn recorded(faults: Vec<Fault>) -> OrientationSeries {
     OrientationSeries::new(orientation.times_s().to_vec(), angles_rad).unwrap()
 }
 
+/// Nobody names other morphologies, and all are as likely.
+struct NoSearch;
+
+impl MorphologySearch for NoSearch {
+    fn with_effects(&self, _: &WalkModel) -> Vec<Suspect> {
+        Vec::new()
+    }
+
+    fn ln_prior(&self, _: &Morphology) -> f64 {
+        0.0
+    }
+}
+
 fn explained(faults: Vec<Fault>) -> WalkExplanation {
     let record = WalkRecord::new(&recorded(faults), 0.0, false, 0.0, None).unwrap();
     let robot = Robot::jethexa();
@@ -52,7 +66,7 @@ fn explained(faults: Vec<Fault>) -> WalkExplanation {
         most_effects: 1,
         ..TracingSettings::default()
     };
-    explain_walk(&record, &model, &[healthy], &|_| Vec::new(), &settings, &()).unwrap()
+    explain_walk(&record, &model, &[healthy], &NoSearch, &settings, &()).unwrap()
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub use report::{
     WalkExplanation,
 };
 pub use sensing::Sensing;
-pub use tracing::{IdentifyAgain, Suspect, TracingSettings, explain_walk};
+pub use tracing::{MorphologySearch, Suspect, TracingSettings, explain_walk};
 pub use usual::UsualDifferences;
 
 pub(crate) use calibration::Calibration;

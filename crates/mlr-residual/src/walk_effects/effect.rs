@@ -41,8 +41,8 @@ impl Place {
         (0..morphology.legs()).flat_map(of_leg).collect()
     }
 
-    /// Number of the leg, from 1.
-    pub(super) fn leg(self) -> usize {
+    /// Number of the leg, from 1; 0 for the robot as a whole.
+    pub(crate) fn leg(self) -> usize {
         match self {
             Self::Robot => 0,
             Self::Leg(leg) | Self::Link(leg, _) => leg + 1,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mlr_model::LostLinks;
 
-use super::{Suspect, Tracing, errors, judging::Judged, state::State};
+use super::{Tracing, errors, judging::Judged, state::State};
 use crate::{
     statistics::chance_of_gain,
     walk::{
@@ -125,10 +125,7 @@ impl<'a> Tracing<'a> {
         if state.lost_links() != LostLinks::Locked || state.morphology.is_healthy() {
             return Ok(None);
         }
-        let suspect = Suspect {
-            morphology: state.morphology.clone(),
-            ln_prior: 0.0,
-        };
+        let suspect = state.suspect();
         let effects = &state.trial.effects;
         let Some(gone) = self.calibrated(&suspect, LostLinks::Absent, effects)? else {
             return Ok(None);

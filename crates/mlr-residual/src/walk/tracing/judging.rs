@@ -1,9 +1,10 @@
 //! Candidates on trial, and which of them comes first.
 
-use super::{Tracing, round, state::State};
+use super::{Suspect, Tracing, round, state::State};
 use crate::{
     statistics::chance_of_gain,
-    walk::{Placed, Trial, WalkError, WalkRecord, comparison::mean_square},
+    walk::{Placed, Trial, WalkError, WalkRecord, Walker, comparison::mean_square},
+    walk_effects::Place,
 };
 
 /// Kinds of effect that are calibrated in full before one is added.
@@ -11,6 +12,8 @@ const CONTENDERS: usize = 2;
 
 /// An effect on trial.
 pub(super) struct Judged {
+    /// What walks with it.
+    pub(super) suspect: Suspect,
     pub(super) trial: Trial,
     /// On the fitted and the unseen stretch.
     pub(super) gain: [f64; 2],
@@ -43,16 +46,19 @@ impl Judged {
 }
 
 impl<'a> Tracing<'a> {
-    /// Every effect on top of those found, best first.
+    /// Every effect on top of those found, best first: on the robot as it is held to be,
+    /// and on each of its damaged legs as if that leg were whole, because a leg that does
+    /// not do its part passes for a lost one.
     pub(super) fn round(&self, state: &State<'a>) -> Vec<Judged> {
-        let kinds = round::kinds_for(&state.comparison);
-        let walker = state.walker();
-        let found = &state.trial.effects;
-        let trials = round::try_all(&walker, &state.comparison, found, &kinds, self.progress);
-        let mut judged: Vec<Judged> = trials
-            .into_iter()
-            .map(|trial| self.judge(state, trial))
-            .collect();
+        let mut judged = self.try_on(state, state.suspect(), |_| true);
+        for leg in 0..state.morphology.legs() {
+            let links = state.morphology.links(leg);
+            if state.morphology.remaining(leg) < links {
+                let restored = state.morphology.clone().with_remaining(leg, links);
+                let on_leg = |place: Place| place.leg() == leg + 1;
+                judged.extend(self.try_on(state, self.suspect(restored), on_leg));
+            }
+        }
         judged.sort_by(|a, b| {
             let accepted = b.is_accepted().cmp(&a.is_accepted());
             accepted.then(b.total_gain().total_cmp(&a.total_gain()))
@@ -60,7 +66,31 @@ impl<'a> Tracing<'a> {
         judged
     }
 
-    pub(super) fn judge(&self, state: &State<'a>, trial: Trial) -> Judged {
+    /// Every effect that may be at these places of a suspect.
+    fn try_on(
+        &self,
+        state: &State<'a>,
+        suspect: Suspect,
+        is_there: impl Fn(Place) -> bool,
+    ) -> Vec<Judged> {
+        let walker = Walker {
+            model: &state.calibration_model,
+            morphology: &suspect.morphology,
+        };
+        let comparison = &state.comparison;
+        let found = &state.trial.effects;
+        let kinds = round::kinds_for(comparison);
+        let starts = round::starts(&walker, comparison, found, &kinds)
+            .into_iter()
+            .filter(|effects| effects.last().is_some_and(|last| is_there(last.place)))
+            .collect();
+        round::try_all(&walker, comparison, found, starts, state.trial.cost, self.progress)
+            .into_iter()
+            .map(|trial| self.judge(state, &suspect, trial))
+            .collect()
+    }
+
+    fn judge(&self, state: &State<'a>, suspect: &Suspect, trial: Trial) -> Judged {
         let comparison = &state.comparison;
         // What the usual differences cost counts on either stretch: an effect that makes
         // an unusual one unnecessary has gained as much.
@@ -75,12 +105,12 @@ impl<'a> Tracing<'a> {
             .effect
             .parameters(placed.place, &state.calibration_model);
         let model = state.walker().with(&state.trial.effects);
-        let places = placed.effect.places(&model.robot, &state.morphology).len();
+        let places = placed.effect.places(&model.robot, &suspect.morphology);
         let blocks = |trial: &Trial| self.blocks(state, trial);
         Judged {
             price: self.settings.least_gain
                 + self.settings.price_per_parameter * parameters.len() as f64
-                + (places as f64).ln(),
+                + (places.len() as f64).ln(),
             rarity: placed.effect.rarity(&placed.values),
             chance: chance_of_gain(&blocks(&state.trial), &blocks(&trial)),
             at_bound: parameters
@@ -90,6 +120,7 @@ impl<'a> Tracing<'a> {
                     parameter.is_at_bound(*value) && parameter.neutral == Some(*value)
                 }),
             gain,
+            suspect: suspect.clone(),
             trial,
         }
     }
@@ -126,9 +157,9 @@ impl<'a> Tracing<'a> {
         }
         let mut contenders = Vec::new();
         for judged in kinds {
-            let as_tried = self.with_trial(state, &judged.trial);
+            let as_tried = self.with_trial(state, &judged.suspect, &judged.trial);
             let found = &judged.trial.effects;
-            let suited = self.likeliest(&[state.suspect()], found)?;
+            let suited = self.likeliest(std::slice::from_ref(&judged.suspect), found)?;
             let suited = suited.filter(|suited| suited.total < as_tried.total);
             contenders.push((judged, suited.unwrap_or(as_tried)));
         }

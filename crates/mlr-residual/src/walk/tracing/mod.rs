@@ -61,8 +61,14 @@ pub struct Suspect {
     pub ln_prior: f64,
 }
 
-/// Names the morphologies that come into question when the model has effects.
-pub type IdentifyAgain<'a> = dyn Fn(&WalkModel) -> Vec<Suspect> + 'a;
+/// What is known of a robot's morphology beside how the record compares with its walk.
+pub trait MorphologySearch: Sync {
+    /// The morphologies that come into question when the model has these effects.
+    fn with_effects(&self, model: &WalkModel) -> Vec<Suspect>;
+
+    /// Logarithm of the probability of a morphology before the record is seen.
+    fn ln_prior(&self, morphology: &Morphology) -> f64;
+}
 
 /// Finds what the model of a walk lacks.
 ///
@@ -73,7 +79,8 @@ pub type IdentifyAgain<'a> = dyn Fn(&WalkModel) -> Vec<Suspect> + 'a;
 /// n · ln(error²), summed over the axes, and of the price of the usual differences that
 /// it makes unnecessary. The best one is added if its gain exceeds its price on both
 /// stretches: the least gain that chance could give, something for each parameter, and
-/// the logarithm of the number of places where it was tried. With the effect in place
+/// the logarithm of the number of places where it was tried. A leg that is taken for lost
+/// is tried as a whole leg with something wrong in it as well. With the effect in place
 /// the morphology is identified again. Effects are added until none is worth its price.
 ///
 /// # Errors
@@ -82,13 +89,14 @@ pub fn explain_walk(
     record: &WalkRecord,
     nominal: &WalkModel,
     suspects: &[Suspect],
-    identify_again: &IdentifyAgain<'_>,
+    search: &dyn MorphologySearch,
     settings: &TracingSettings,
     progress: &dyn Progress,
 ) -> Result<WalkExplanation, WalkError> {
     let tracing = Tracing {
         record,
         nominal,
+        search,
         settings,
         progress,
     };
@@ -112,9 +120,10 @@ pub fn explain_walk(
         };
         effects.push(tracing.traced(best, &contenders));
         let found = with_best.trial.effects.clone();
-        let mut again = identify_again(&with_best.walker().with(&found));
-        again.insert(0, with_best.suspect());
+        let mut again = vec![with_best.suspect()];
+        again.extend(search.with_effects(&with_best.walker().with(&found)));
         again.extend_from_slice(suspects);
+        again.extend(tracing.neighbours(&with_best.morphology));
         dedup(&mut again);
         state = tracing.likeliest_beside(with_best, &again, &found)?;
     };
@@ -174,6 +183,7 @@ fn errors(trial: &Trial) -> StretchErrors {
 struct Tracing<'a> {
     record: &'a WalkRecord,
     nominal: &'a WalkModel,
+    search: &'a dyn MorphologySearch,
     settings: &'a TracingSettings,
     progress: &'a dyn Progress,
 }

@@ -15,20 +15,20 @@ const PLACES_PER_KIND: usize = 2;
 /// A first look so much worse than nothing, in the units of cost, is not worth a second.
 const HOPELESS: f64 = 20.0;
 
-/// Fits every effect that may be added to `found`, each where it looks best at first.
-/// Returns one trial per kind and place, the best start of each.
+/// Fits every effect from its starts on top of `found`, each where it looks best at first.
+/// `so_far` is the cost that it competes with. Returns one trial per kind and place, the
+/// best start of each.
 pub(crate) fn try_all(
     walker: &Walker<'_>,
     comparison: &Comparison<'_>,
     found: &[Placed],
-    kinds: &[&'static dyn WalkEffect],
+    starts: Vec<Vec<Placed>>,
+    so_far: f64,
     progress: &dyn Progress,
 ) -> Vec<Trial> {
     let Some(without) = walker.predicted(comparison, found) else {
         return Vec::new();
     };
-    let so_far = comparison.settle(&without.0, without.1, &[]).cost;
-    let starts = starts(walker, comparison, found, kinds);
     progress.expect_more(starts.len());
     let glances: Vec<(f64, Vec<Placed>)> = starts
         .into_par_iter()
@@ -51,7 +51,7 @@ pub(crate) fn try_all(
 }
 
 /// Every start of every effect that is not there yet, on top of those found.
-fn starts(
+pub(crate) fn starts(
     walker: &Walker<'_>,
     comparison: &Comparison<'_>,
     found: &[Placed],

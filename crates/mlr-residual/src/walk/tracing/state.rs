@@ -132,6 +132,23 @@ impl<'a> Tracing<'a> {
             .collect())
     }
 
+    /// A morphology, with what is known of it beside the record.
+    pub(super) fn suspect(&self, morphology: Morphology) -> Suspect {
+        Suspect {
+            ln_prior: self.search.ln_prior(&morphology),
+            morphology,
+        }
+    }
+
+    /// The morphologies that differ in one leg.
+    pub(super) fn neighbours(&self, morphology: &Morphology) -> Vec<Suspect> {
+        (0..morphology.legs())
+            .flat_map(|leg| (0..=morphology.links(leg)).map(move |remaining| (leg, remaining)))
+            .map(|(leg, remaining)| morphology.clone().with_remaining(leg, remaining))
+            .map(|neighbour| self.suspect(neighbour))
+            .collect()
+    }
+
     /// The likeliest of the suspects, unless it is hardly likelier than the morphology held
     /// so far.
     pub(super) fn likeliest_beside(
@@ -153,12 +170,19 @@ impl<'a> Tracing<'a> {
         Ok(other.unwrap_or_else(|| so_far.clone()))
     }
 
-    /// The state that a trial stands for.
-    pub(super) fn with_trial(&self, state: &State<'a>, trial: &Trial) -> State<'a> {
+    /// The state that a trial of this suspect stands for.
+    pub(super) fn with_trial(
+        &self,
+        state: &State<'a>,
+        suspect: &Suspect,
+        trial: &Trial,
+    ) -> State<'a> {
         let unseen = state.comparison.cost_of(trial.unseen_deg2);
         State {
-            total: trial.cost + unseen - 2.0 * state.ln_prior,
+            total: trial.cost + unseen - 2.0 * suspect.ln_prior,
             trial: trial.clone(),
+            morphology: suspect.morphology.clone(),
+            ln_prior: suspect.ln_prior,
             ..state.clone()
         }
     }

@@ -1,0 +1,125 @@
+//! Angles without what a biased gyroscope adds to them.
+
+use crate::{Axes, OrientationSeries};
+
+/// An angle that is straight for so long drifts rather than moves.
+const STRAIGHT_S: f64 = 0.5;
+/// How often the rate of the drift is taken anew: a sensor's own filter bends it.
+const RENEWED_S: f64 = 0.1;
+
+/// The angles of a recording in degrees, without the steady drift that they had when they
+/// last were straight, to within `tolerance_deg` (RMS): that of a standing robot with a
+/// biased gyroscope, and of the same robot when it walks.
+pub(crate) fn without_steady_drift_deg(
+    recording: &OrientationSeries,
+    tolerance_deg: f64,
+) -> Axes<Vec<f64>> {
+    let times_s = recording.times_s();
+    recording.angles_rad().as_ref().map(|_, angles_rad| {
+        let angles_deg: Vec<f64> = angles_rad.iter().map(|angle| angle.to_degrees()).collect();
+        without_drift(times_s, angles_deg, tolerance_deg)
+    })
+}
+
+fn without_drift(times_s: &[f64], mut angles_deg: Vec<f64>, tolerance_deg: f64) -> Vec<f64> {
+    let Some(&first_s) = times_s.first() else {
+        return angles_deg;
+    };
+    let measured_deg = angles_deg.clone();
+    let mut rate_dps = 0.0;
+    let mut drifted_deg = 0.0;
+    let mut before_s = first_s;
+    let mut renew_s = first_s;
+    let mut stretch_begin = 0;
+    for (index, &time_s) in times_s.iter().enumerate() {
+        if time_s >= renew_s {
+            // The first stretch is looked at ahead of time: nothing is known before it.
+            let end_s = time_s.max(first_s + STRAIGHT_S);
+            while times_s[stretch_begin] < end_s - STRAIGHT_S {
+                stretch_begin += 1;
+            }
+            let stretch = stretch_begin..times_s.partition_point(|t| *t <= end_s);
+            let line = Line::through(&times_s[stretch.clone()], &measured_deg[stretch]);
+            if line.error < tolerance_deg {
+                rate_dps = line.slope;
+            }
+            renew_s = end_s.max(renew_s + RENEWED_S);
+        }
+        drifted_deg += rate_dps * (time_s - before_s);
+        before_s = time_s;
+        angles_deg[index] -= drifted_deg;
+    }
+    angles_deg
+}
+
+/// A straight line fitted to values over time.
+struct Line {
+    slope: f64,
+    /// Root mean square of what it leaves.
+    error: f64,
+}
+
+impl Line {
+    fn through(times_s: &[f64], values: &[f64]) -> Self {
+        let n = times_s.len() as f64;
+        if times_s.len() < 3 {
+            return Self {
+                slope: 0.0,
+                error: f64::INFINITY,
+            };
+        }
+        let mean_s = times_s.iter().sum::<f64>() / n;
+        let mean = values.iter().sum::<f64>() / n;
+        let pairs = times_s.iter().zip(values);
+        let (mut along, mut squares_s2, mut squares) = (0.0, 0.0, 0.0);
+        for (time_s, value) in pairs {
+            along += (time_s - mean_s) * (value - mean);
+            squares_s2 += (time_s - mean_s).powi(2);
+            squares += (value - mean).powi(2);
+        }
+        let slope = along / squares_s2.max(f64::MIN_POSITIVE);
+        Self {
+            slope,
+            error: ((squares - slope * along).max(0.0) / n).sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times_s() -> Vec<f64> {
+        (0..500).map(|i| f64::from(i) * 0.01).collect()
+    }
+
+    #[test]
+    fn a_drift_is_gone_and_what_moves_stays() {
+        let moved = |t: f64| if t < 2.0 { 0.0 } else { (6.0 * (t - 2.0)).sin() };
+        let drifting = times_s().iter().map(|t| 4.0 * t + moved(*t)).collect();
+        let without = without_drift(&times_s(), drifting, 0.02);
+        for (time_s, angle_deg) in times_s().iter().zip(without) {
+            assert!(
+                (angle_deg - moved(*time_s)).abs() < 0.1,
+                "{time_s} {angle_deg}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_drift_that_bends_is_followed() {
+        let bent = times_s().iter().map(|t| 1.2 * t * t).collect();
+        let without = without_drift(&times_s(), bent, 0.05);
+        let steepest = without
+            .windows(5)
+            .map(|w| (w[4] - w[0]).abs())
+            .fold(0.0, f64::max);
+        assert!(steepest < 0.05, "{steepest}");
+    }
+
+    #[test]
+    fn a_walk_from_the_first_sample_on_is_left_alone() {
+        let walk: Vec<f64> = times_s().iter().map(|t| (6.0 * t).sin()).collect();
+        assert_eq!(without_drift(&times_s(), walk.clone(), 0.02), walk);
+    }
+}
