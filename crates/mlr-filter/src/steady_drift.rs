@@ -95,7 +95,13 @@ mod tests {
 
     #[test]
     fn a_drift_is_gone_and_what_moves_stays() {
-        let moved = |t: f64| if t < 2.0 { 0.0 } else { (6.0 * (t - 2.0)).sin() };
+        let moved = |t: f64| {
+            if t < 2.0 {
+                0.0
+            } else {
+                (6.0 * (t - 2.0)).sin()
+            }
+        };
         let drifting = times_s().iter().map(|t| 4.0 * t + moved(*t)).collect();
         let without = without_drift(&times_s(), drifting, 0.02);
         for (time_s, angle_deg) in times_s().iter().zip(without) {

@@ -127,14 +127,7 @@ pub fn explain(
         walk_start_s,
         seed,
     };
-    let explanation = explain_walk(
-        &record,
-        &nominal,
-        &suspects,
-        &again,
-        tracing,
-        progress,
-    )?;
+    let explanation = explain_walk(&record, &nominal, &suspects, &again, tracing, progress)?;
     Ok(Explained {
         identification,
         explanation,

@@ -1,6 +1,7 @@
 //! Fitting the usual differences before any effect is looked for.
 
 use mlr_model::{ModelError, Morphology};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -36,6 +37,11 @@ const MAX_ROUNDS: usize = 3;
 const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Gain below which it has settled.
 const SETTLED: f64 = 0.3;
+/// Width of the first poll of a rough calibration in standard deviations, the width below
+/// which it ends, and the most polls.
+const WIDEST_POLL: f64 = 1.0;
+const NARROWEST_POLL: f64 = 0.25;
+const MAX_POLLS: usize = 10;
 
 impl<'a> Calibration<'a> {
     /// Fits the usual differences of a model with `effects`; `None` when it diverges.
@@ -74,6 +80,9 @@ impl<'a> Calibration<'a> {
                 break;
             }
         }
+        if best.is_rough {
+            best = calibrate.polled(best)?;
+        }
         let weights = settings.weights;
         Ok(Some(Self {
             comparison: Comparison::new(record, weights, best.traces, best.there),
@@ -101,10 +110,8 @@ impl<'a> Calibration<'a> {
             morphology,
             record,
         };
-        let model = calibrate.with_effects(nominal);
-        let walks = NearbyWalks::alone(&settings.usual, &model, morphology, record)?;
         let there = vec![0.0; Difference::ALL.len()];
-        Ok(walks.map(|walks| calibrate.of(nominal, &there, &walks).cost))
+        calibrate.cost_alone(&(nominal.clone(), there))
     }
 
     /// Compares with the model as it is, the usual differences left free around it.
@@ -141,6 +148,8 @@ struct Stage {
     /// What the traces would still add.
     sizes: Vec<f64>,
     cost: f64,
+    /// See [`Settled::is_rough()`](super::Settled::is_rough).
+    is_rough: bool,
 }
 
 impl Calibrate<'_, '_> {
@@ -170,15 +179,17 @@ impl Calibrate<'_, '_> {
             let traces = walks.traces(usual, &tried, self.record);
             let comparison = Comparison::new(self.record, *weights, traces.clone(), there.to_vec());
             let observed = walks.observed(&tried, self.record);
-            let settled = comparison.settle(&observed, tried.sensing.bias_dps, &[]);
+            let settled =
+                comparison.settle(&observed, tried.sensing.rest_rate_dps(self.record), &[]);
             let mut model = model.clone();
             model.sensing.filter_time_s = filter_time_s;
             Stage {
                 model,
                 there: there.to_vec(),
                 traces,
-                sizes: settled.sizes,
+                is_rough: settled.is_rough(),
                 cost: settled.cost,
+                sizes: settled.sizes,
             }
         };
         let [first, others @ ..] = FILTER_TIMES_S;
@@ -192,15 +203,66 @@ impl Calibrate<'_, '_> {
 
     /// Moves the model by a share of what the traces would still add.
     fn moved(&self, from: &Stage, sizes: &[f64], share: f64) -> Result<Option<Stage>, ModelError> {
-        let mut model = from.model.clone();
-        let mut there = from.there.clone();
+        let mut moved = (from.model.clone(), from.there.clone());
         for (k, difference) in Difference::ALL.into_iter().enumerate() {
             if difference.is_of_model() {
-                let size = share * sizes[k];
-                difference.apply(&self.settings.usual, size, self.record, &mut model);
-                there[k] += size;
+                self.step(&mut moved, k, share * sizes[k]);
             }
         }
-        self.at(&model, &there)
+        self.at(&moved.0, &moved.1)
+    }
+
+    /// Makes a model and its sizes differ by so much more of the usual difference `k`.
+    fn step(&self, (model, there): &mut (WalkModel, Vec<f64>), k: usize, size: f64) {
+        Difference::ALL[k].apply(&self.settings.usual, size, self.record, model);
+        there[k] += size;
+    }
+
+    /// A model near this one that costs less: each usual difference of the body is moved up
+    /// and down, the best move is made, and where none helps they become smaller.
+    fn polled(&self, from: Stage) -> Result<Stage, ModelError> {
+        let mut here = (from.model.clone(), from.there.clone());
+        let Some(mut cost) = self.cost_alone(&here)? else {
+            return Ok(from);
+        };
+        let mut width = WIDEST_POLL;
+        for _ in 0..MAX_POLLS {
+            let best = Difference::ALL
+                .into_iter()
+                .enumerate()
+                .filter(|(_, difference)| difference.is_of_body())
+                .flat_map(|(k, _)| [(k, -width), (k, width)])
+                .collect::<Vec<_>>()
+                .into_par_iter()
+                .map(|(k, size)| {
+                    let mut moved = here.clone();
+                    self.step(&mut moved, k, size);
+                    Ok(self.cost_alone(&moved)?.map(|cost| (cost, moved)))
+                })
+                .collect::<Result<Vec<_>, ModelError>>()?
+                .into_iter()
+                .flatten()
+                .min_by(|(a, _), (b, _)| a.total_cmp(b));
+            match best {
+                Some((lower, moved)) if lower < cost - SETTLED => (cost, here) = (lower, moved),
+                _ if width <= NARROWEST_POLL => break,
+                _ => width /= 2.0,
+            }
+        }
+        let polled = self.at(&here.0, &here.1)?;
+        Ok(polled
+            .filter(|polled| polled.cost < from.cost)
+            .unwrap_or(from))
+    }
+
+    /// The cost of a model when nothing of its body is left free.
+    fn cost_alone(
+        &self,
+        (model, there): &(WalkModel, Vec<f64>),
+    ) -> Result<Option<f64>, ModelError> {
+        let usual = &self.settings.usual;
+        let with_effects = self.with_effects(model);
+        let walks = NearbyWalks::alone(usual, &with_effects, self.morphology, self.record)?;
+        Ok(walks.map(|walks| self.of(model, there, &walks).cost))
     }
 }

@@ -108,12 +108,12 @@ impl<'a> Comparison<'a> {
     pub(crate) fn settle(
         &self,
         predicted_deg: &Axes<Vec<f64>>,
-        bias_dps: [f64; 3],
+        rest_dps: [f64; 3],
         extra: &[Trace],
     ) -> Settled {
         let residual = difference(self.record.measured_deg(), predicted_deg);
         let rest_residual = self.record.rest_rate_dps().map(|rest| {
-            [0, 1, 2].map(|axis| (rest[axis] - bias_dps[axis]) / self.weights.rest_rate_dps)
+            [0, 1, 2].map(|axis| (rest[axis] - rest_dps[axis]) / self.weights.rest_rate_dps)
         });
         let traces: Vec<&Trace> = self.usual.iter().chain(extra).collect();
         let count = traces.len();
@@ -230,7 +230,17 @@ impl<'a> Comparison<'a> {
     }
 }
 
+/// A walk that is predicted worse than this in roll or pitch answers to its parameters in
+/// jumps.
+const ROUGH_DEG: f64 = 0.5;
+
 impl Settled {
+    /// Whether the prediction is so far off that straight lines lead nowhere.
+    pub(crate) fn is_rough(&self) -> bool {
+        let [roll_deg2, pitch_deg2, _] = self.fit_deg2;
+        roll_deg2.max(pitch_deg2) > ROUGH_DEG * ROUGH_DEG
+    }
+
     /// Mean square of each axis on a stretch.
     pub(crate) fn mean_square_deg2(&self, stretch: std::ops::Range<usize>) -> [f64; 3] {
         let axes = self.residual_deg.as_ref().into_array();

@@ -90,6 +90,15 @@ impl Sensing {
         angles_deg
     }
 
+    /// The mean rates about x, y and z that the gyroscope would report while the robot of
+    /// the record stands.
+    pub(crate) fn rest_rate_dps(&self, record: &WalkRecord) -> [f64; 3] {
+        let standing_s = record.standing().len() as f64 * WalkRecord::PERIOD_S;
+        let [x_dps, y_dps, z_dps] = self.bias_dps;
+        let drifted_dps = self.drift_dps_per_min / 60.0 * standing_s / 2.0;
+        [x_dps, y_dps, z_dps + drifted_dps]
+    }
+
     /// The orientation of the sensor on a body of this orientation.
     fn mounted(&self, body_rad: Axes<f64>) -> Axes<f64> {
         let [roll_deg, pitch_deg] = self.misalignment_deg;
@@ -274,6 +283,19 @@ mod tests {
             assert!((now.yaw.to_degrees() - plain.yaw[index]).abs() < 0.2);
             assert!((now.roll.to_degrees() - plain.roll[index]).abs() < 0.3);
         }
+    }
+
+    #[test]
+    fn a_drift_shows_in_the_rates_at_rest() {
+        let drifting = Sensing {
+            bias_dps: [0.1, 0.0, 0.5],
+            drift_dps_per_min: 12.0,
+            ..Sensing::default()
+        };
+        let [x_dps, _, z_dps] = drifting.rest_rate_dps(&record());
+        assert_eq!(x_dps, 0.1);
+        // In the middle of the two seconds that it stands, the drift has added 0.2 °/s.
+        assert!((z_dps - 0.7).abs() < 0.02, "{z_dps}");
     }
 
     #[test]

@@ -50,10 +50,20 @@ const MAX_STEPS: usize = 6;
 const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Gain of a step below which a fit has settled.
 const SETTLED: f64 = 0.1;
+/// Width of the first poll of a rough fit, in steps of the parameters, the width below which
+/// it ends, and the most polls.
+const WIDEST_POLL: f64 = 8.0;
+const NARROWEST_POLL: f64 = 1.0;
+const MAX_POLLS: usize = 10;
 /// 95 % quantile, two-sided, of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 
 impl Placed {
+    /// Whether it is the same effect at the same place, whatever its values.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.effect.kind() == other.effect.kind() && self.place == other.place
+    }
+
     fn parameters(&self, model: &WalkModel) -> Vec<Parameter> {
         self.effect.parameters(self.place, model)
     }
@@ -83,7 +93,7 @@ impl Walker<'_> {
         let walked = model.walk(self.morphology, comparison.record, samples);
         let body = walked.ok().flatten()?;
         let observed = model.observe(&body, comparison.record, samples);
-        Some((observed, model.sensing.bias_dps))
+        Some((observed, model.sensing.rest_rate_dps(comparison.record)))
     }
 
     /// The cost of these effects on the fitted stretch, for a first look: the last one's
@@ -96,11 +106,11 @@ impl Walker<'_> {
         mut effects: Vec<Placed>,
     ) -> Option<(f64, Vec<Placed>)> {
         let samples = comparison.record.fit().end;
-        let (observed, bias_dps) = self.predict(comparison, &effects, samples)?;
-        let whole = comparison.settle(&observed, bias_dps, &[]);
+        let (observed, rest_dps) = self.predict(comparison, &effects, samples)?;
+        let whole = comparison.settle(&observed, rest_dps, &[]);
         let last = effects.last_mut()?;
         let parameters = last.parameters(self.model);
-        let trace = Trace::between(without, &(observed, bias_dps));
+        let trace = Trace::between(without, &(observed, rest_dps));
         let settled = comparison.settle(&without.0, without.1, std::slice::from_ref(&trace));
         let share = settled.sizes.last().copied().unwrap_or(1.0);
         let has_neutral = parameters.iter().all(|p| p.neutral.is_some());
@@ -125,8 +135,8 @@ impl Walker<'_> {
     }
 
     /// Fits the values of all effects from `first_free` on, from where they are, by Gauss
-    /// and Newton's method with the usual differences fitted along. `None` when the walk
-    /// diverges from the start.
+    /// and Newton's method with the usual differences fitted along, and where that leaves
+    /// much, by polls of their neighbourhood. `None` when the walk diverges from the start.
     pub(crate) fn fit(
         &self,
         comparison: &Comparison<'_>,
@@ -178,7 +188,48 @@ impl Walker<'_> {
                 break;
             }
         }
+        if settled.is_rough() {
+            effects = self.polled(comparison, effects, first_free, settled.cost);
+        }
         self.judge(comparison, effects, first_free, linear.as_ref())
+    }
+
+    /// Values around these that cost less: each is moved up and down by so much, the best
+    /// move is made, and where none helps they become smaller. Robots that nearly tip over
+    /// answer in jumps, which no slope foretells.
+    fn polled(
+        &self,
+        comparison: &Comparison<'_>,
+        mut effects: Vec<Placed>,
+        first_free: usize,
+        mut cost: f64,
+    ) -> Vec<Placed> {
+        let samples = comparison.record.fit().end;
+        let mut width = WIDEST_POLL;
+        for _ in 0..MAX_POLLS {
+            let moves: Vec<Vec<Placed>> = free_parameters(&effects, first_free, self.model)
+                .iter()
+                .flat_map(|free| [-width, width].map(|by| (free, by * free.parameter.step)))
+                .map(|(free, by)| {
+                    let mut moved = effects.clone();
+                    free.set(&mut moved, by);
+                    moved
+                })
+                .collect();
+            let best = moves
+                .into_par_iter()
+                .filter_map(|moved| {
+                    let there = self.predict(comparison, &moved, samples)?;
+                    Some((comparison.settle(&there.0, there.1, &[]).cost, moved))
+                })
+                .min_by(|(a, _), (b, _)| a.total_cmp(b));
+            match best {
+                Some((lower, moved)) if lower < cost - SETTLED => (cost, effects) = (lower, moved),
+                _ if width <= NARROWEST_POLL => break,
+                _ => width /= 2.0,
+            }
+        }
+        effects
     }
 
     /// Measures effects with values as they are on both stretches.
@@ -190,8 +241,8 @@ impl Walker<'_> {
         linear: Option<&Settled>,
     ) -> Option<Trial> {
         let record = comparison.record;
-        let (observed, bias_dps) = self.predict(comparison, &effects, record.times_s().len())?;
-        let settled = comparison.settle(&observed, bias_dps, &[]);
+        let (observed, rest_dps) = self.predict(comparison, &effects, record.times_s().len())?;
+        let settled = comparison.settle(&observed, rest_dps, &[]);
         let widths = half_widths(&effects, first_free, self.model, comparison.usual(), linear);
         Some(Trial {
             cost: settled.cost,

@@ -146,7 +146,7 @@ impl Difference {
     }
 
     /// Whether the body walks otherwise for it.
-    fn is_of_body(self) -> bool {
+    pub(crate) fn is_of_body(self) -> bool {
         matches!(
             self,
             Self::Stiffness | Self::Friction | Self::CenterOfMass(_)
@@ -296,10 +296,11 @@ impl NearbyWalks {
         let of_sensing = |wanted: Difference| {
             let mut changed = model.clone();
             wanted.apply(usual, 1.0, record, &mut changed);
+            let rest_dps = model.sensing.rest_rate_dps(record);
+            let changed_dps = changed.sensing.rest_rate_dps(record);
             Trace {
                 angles_deg: difference(&self.observed(&changed, record), &plain),
-                rest_rate_dps: [0, 1, 2]
-                    .map(|axis| changed.sensing.bias_dps[axis] - model.sensing.bias_dps[axis]),
+                rest_rate_dps: [0, 1, 2].map(|axis| changed_dps[axis] - rest_dps[axis]),
             }
         };
         Difference::ALL

@@ -201,9 +201,3 @@ impl<'a> Tracing<'a> {
         candidates
     }
 }
-
-impl Placed {
-    fn is_same(&self, other: &Self) -> bool {
-        self.effect.kind() == other.effect.kind() && self.place == other.place
-    }
-}

@@ -1,14 +1,17 @@
 //! Candidates on trial, and which of them comes first.
 
-use super::{Suspect, Tracing, round, state::State};
+use super::{
+    Suspect, Tracing,
+    round::{self, Screening},
+    state::State,
+};
 use crate::{
     statistics::chance_of_gain,
     walk::{Placed, Trial, WalkError, WalkRecord, Walker, comparison::mean_square},
-    walk_effects::Place,
 };
 
 /// Kinds of effect that are calibrated in full before one is added.
-const CONTENDERS: usize = 2;
+const CONTENDERS: usize = 3;
 
 /// An effect on trial.
 pub(super) struct Judged {
@@ -45,33 +48,54 @@ impl Judged {
     }
 }
 
+/// Those worth their price first, each part by what it gains.
+fn sort(judged: &mut [Judged]) {
+    judged.sort_by(|a, b| {
+        let accepted = b.is_accepted().cmp(&a.is_accepted());
+        accepted.then(b.total_gain().total_cmp(&a.total_gain()))
+    });
+}
+
 impl<'a> Tracing<'a> {
     /// Every effect on top of those found, best first: on the robot as it is held to be,
     /// and on each of its damaged legs as if that leg were whole, because a leg that does
-    /// not do its part passes for a lost one.
+    /// not do its part passes for a lost one. Where the best is a fault of a leg, all that
+    /// may be wrong with that leg is fitted in earnest.
     pub(super) fn round(&self, state: &State<'a>) -> Vec<Judged> {
-        let mut judged = self.try_on(state, state.suspect(), |_| true);
+        let broad = Screening::BROAD;
+        let mut judged = self.try_on(state, state.suspect(), broad, |_| true);
         for leg in 0..state.morphology.legs() {
             let links = state.morphology.links(leg);
             if state.morphology.remaining(leg) < links {
                 let restored = state.morphology.clone().with_remaining(leg, links);
-                let on_leg = |place: Place| place.leg() == leg + 1;
-                judged.extend(self.try_on(state, self.suspect(restored), on_leg));
+                let on_leg = |last: &Placed| last.place.leg() == leg + 1;
+                judged.extend(self.try_on(state, self.suspect(restored), broad, on_leg));
             }
         }
-        judged.sort_by(|a, b| {
-            let accepted = b.is_accepted().cmp(&a.is_accepted());
-            accepted.then(b.total_gain().total_cmp(&a.total_gain()))
-        });
+        sort(&mut judged);
+        let first = judged.first().filter(|first| first.is_accepted());
+        if let Some((leg, suspect)) = first
+            .map(|first| (first.placed().place.leg(), first.suspect.clone()))
+            .filter(|(leg, _)| *leg > 0)
+        {
+            let is_new = |last: &Placed| {
+                let is_there =
+                    |judged: &Judged| judged.placed().is_same(last) && judged.suspect == suspect;
+                last.place.leg() == leg && !judged.iter().any(is_there)
+            };
+            let more = self.try_on(state, suspect.clone(), Screening::ONE_LEG, is_new);
+            judged.extend(more);
+            sort(&mut judged);
+        }
         judged
     }
-
-    /// Every effect that may be at these places of a suspect.
+    /// Every effect that a suspect may have and that is wanted.
     fn try_on(
         &self,
         state: &State<'a>,
         suspect: Suspect,
-        is_there: impl Fn(Place) -> bool,
+        screening: Screening,
+        is_wanted: impl Fn(&Placed) -> bool,
     ) -> Vec<Judged> {
         let walker = Walker {
             model: &state.calibration_model,
@@ -82,12 +106,21 @@ impl<'a> Tracing<'a> {
         let kinds = round::kinds_for(comparison);
         let starts = round::starts(&walker, comparison, found, &kinds)
             .into_iter()
-            .filter(|effects| effects.last().is_some_and(|last| is_there(last.place)))
+            .filter(|effects| effects.last().is_some_and(&is_wanted))
             .collect();
-        round::try_all(&walker, comparison, found, starts, state.trial.cost, self.progress)
-            .into_iter()
-            .map(|trial| self.judge(state, &suspect, trial))
-            .collect()
+        let so_far = state.trial.cost;
+        round::try_all(
+            &walker,
+            comparison,
+            found,
+            starts,
+            screening,
+            so_far,
+            self.progress,
+        )
+        .into_iter()
+        .map(|trial| self.judge(state, &suspect, trial))
+        .collect()
     }
 
     fn judge(&self, state: &State<'a>, suspect: &Suspect, trial: Trial) -> Judged {

@@ -10,10 +10,28 @@ use crate::{
     walk_effects::{LIBRARY, Place, WalkEffect},
 };
 
-/// Places of one kind that are fitted in earnest after a first look.
-const PLACES_PER_KIND: usize = 2;
-/// A first look so much worse than nothing, in the units of cost, is not worth a second.
-const HOPELESS: f64 = 20.0;
+/// Which first looks are followed by a fit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Screening {
+    /// Places of one kind that are fitted.
+    places_per_kind: usize,
+    /// How much worse than nothing, in the units of cost, a first look may be at the best
+    /// place of a kind, and at others.
+    slack: [f64; 2],
+}
+
+impl Screening {
+    /// Of all effects at all places.
+    pub(crate) const BROAD: Self = Self {
+        places_per_kind: 2,
+        slack: [20.0, 0.0],
+    };
+    /// Of the effects on one leg that is known to be at fault.
+    pub(crate) const ONE_LEG: Self = Self {
+        places_per_kind: 3,
+        slack: [f64::INFINITY; 2],
+    };
+}
 
 /// Fits every effect from its starts on top of `found`, each where it looks best at first.
 /// `so_far` is the cost that it competes with. Returns one trial per kind and place, the
@@ -23,6 +41,7 @@ pub(crate) fn try_all(
     comparison: &Comparison<'_>,
     found: &[Placed],
     starts: Vec<Vec<Placed>>,
+    screening: Screening,
     so_far: f64,
     progress: &dyn Progress,
 ) -> Vec<Trial> {
@@ -38,7 +57,7 @@ pub(crate) fn try_all(
             glance
         })
         .collect();
-    let chosen = most_promising(glances, so_far);
+    let chosen = most_promising(glances, screening, so_far);
     progress.expect_more(chosen.len());
     chosen
         .into_par_iter()
@@ -83,19 +102,21 @@ pub(crate) fn starts(
 }
 
 /// The best start at each place, at the best places of each kind.
-fn most_promising(mut glances: Vec<(f64, Vec<Placed>)>, so_far: f64) -> Vec<Vec<Placed>> {
+fn most_promising(
+    mut glances: Vec<(f64, Vec<Placed>)>,
+    screening: Screening,
+    so_far: f64,
+) -> Vec<Vec<Placed>> {
     glances.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let mut places: BTreeMap<&'static str, Vec<Place>> = BTreeMap::new();
     let mut chosen = Vec::new();
     for (cost, effects) in glances {
         let Some(last) = effects.last() else { continue };
         let known = places.entry(last.effect.kind()).or_default();
-        let hopeful = if known.is_empty() {
-            cost < so_far + HOPELESS
-        } else {
-            cost < so_far
-        };
-        if hopeful && known.len() < PLACES_PER_KIND && !known.contains(&last.place) {
+        let [best, others] = screening.slack;
+        let slack = if known.is_empty() { best } else { others };
+        let is_new = known.len() < screening.places_per_kind && !known.contains(&last.place);
+        if is_new && cost < so_far + slack {
             known.push(last.place);
             chosen.push(effects);
         }
