@@ -7,6 +7,7 @@ SET is one of the functions in `SETS`; see README.md.
 
 import argparse
 import copy
+import dataclasses
 import gzip
 import io
 import json
@@ -21,6 +22,7 @@ from settings import draw_plant
 from walk import record
 
 HEADER = "t_s,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps,roll_rad,pitch_rad,yaw_rad"
+SIBLINGS = 3  # robots that show by how much bodies of one batch walk unlike each other
 FORMAT = ["%.5f"] + ["%.3f"] * 3 + ["%.4f"] * 3 + ["%.5f"] * 3
 
 
@@ -154,17 +156,43 @@ def truth(intact, plant, found, walk):
 
 
 def trace(args, index, walk, rng):
-    """What the effects change of roll, pitch and yaw while the robot walks.
+    """What the effects change of roll, pitch and yaw while the robot walks, in degrees.
 
-    The same robot without them walks once more, with the same noise. For each axis the
-    mean of the difference, and the RMS of what is left of it without mean and trend, in
-    degrees, at the shift in time (of up to 0.2 s) that leaves least.
+    See `change`. The same robot without them walks once more, with the same noise. `spread` is what
+    robots with other bodies of the batch change of that walk, in the root mean square.
     """
     with effects.none():
         again = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
         intact, plain, _ = SETS[args.set](again, index)
-    other = record(plain, intact, rng).columns
-    start, end = plain.start + 0.5, walk.columns[-1, 0] - 0.3
+    without = record(plain, intact, copy.deepcopy(rng)).columns
+    changes = []
+    for _ in range(SIBLINGS):
+        sibling = dataclasses.replace(plain, **body(draw_plant(again, intact)))
+        changes.append(change(without, record(sibling, intact, copy.deepcopy(rng)).columns, plain.start))
+    mean, swing = change(without, walk.columns, plain.start)
+    spread = np.sqrt(np.mean(np.square(changes), axis=0))
+    return {
+        "mean_deg": np.round(mean, 3).tolist(), "swing_deg": np.round(swing, 3).tolist(),
+        "spread": {"mean_deg": np.round(spread[0], 3).tolist(), "swing_deg": np.round(spread[1], 3).tolist()},
+    }
+
+
+def body(plant):
+    """What makes one body walk unlike the next, its sensor and clock left out."""
+    names = (
+        "kp", "kd", "mu", "latency", "mass_scale", "link_mass_scale", "body_com", "backlash", "armature",
+        "contact_time_s", "contact_width_m",
+    )
+    return {name: getattr(plant, name) for name in names}
+
+
+def change(columns, changed, start_s):
+    """By how much the angles of a walk differ from another's, in degrees.
+
+    For each axis the mean of the difference, and the RMS of what is left of it without
+    mean and trend, at the shift in time (of up to 0.2 s) that leaves least.
+    """
+    start, end = start_s + 0.5, changed[-1, 0] - 0.3
     grid = np.arange(start, end, 0.02)
 
     def angles(columns, shift):
@@ -172,13 +200,12 @@ def trace(args, index, walk, rng):
         return np.column_stack([np.interp(grid + shift, columns[:, 0], axis) for axis in unwrapped.T])
 
     def split(shift):
-        difference = angles(walk.columns, shift) - angles(other, 0.0)
+        difference = angles(changed, shift) - angles(columns, 0.0)
         line = np.column_stack([np.ones(len(grid)), grid - grid.mean()])
         fit, *_ = np.linalg.lstsq(line, difference, rcond=None)
         return fit[0], np.std(difference - line @ fit, axis=0)
 
-    mean, swing = min((split(shift) for shift in np.arange(-0.2, 0.2, 0.01)), key=lambda s: float(np.sum(s[1] ** 2)))
-    return {"mean_deg": np.round(mean, 3).tolist(), "swing_deg": np.round(swing, 3).tolist()}
+    return min((split(shift) for shift in np.arange(-0.2, 0.2, 0.01)), key=lambda s: float(np.sum(s[1] ** 2)))
 
 
 def write(path, columns):

@@ -6,7 +6,8 @@ use clap::Args;
 use mlr_ga::{
     ExplainSettings, IdentifySettings, Model, explain,
     scoring::{
-        EffectsScore, EffectsTotal, EffectsTruth, KindsVerdict, in_words, read_effects_truths,
+        EffectsScore, EffectsTotal, EffectsTruth, KindsVerdict, Visibility, in_words,
+        read_effects_truths,
     },
 };
 use mlr_imu::{Columns, read_log_with_raw};
@@ -179,7 +180,12 @@ fn row(score: &EffectsScore) -> String {
         "| {} | {} | {} | {} | {} | {} | {} | {legs} | {} |\n",
         score.log,
         or_none(truth),
-        score.visible.map_or("?", yes),
+        match score.visibility {
+            Visibility::Unknown => "?",
+            Visibility::Hidden => "no",
+            Visibility::WithinSpread => "within spread",
+            Visibility::StandsOut => "yes",
+        },
         or_none(found.collect()),
         match score.verdict {
             KindsVerdict::Right => "right",
@@ -199,6 +205,7 @@ fn total_text(total: &EffectsTotal) -> String {
     let ratio = |ratio: Option<f64>| ratio.map_or("-".into(), |ratio| format!("{ratio:.2}"));
     format!(
         "visible effects of the library   {} logs: right kind {}, as a rival {}\n\
+         those beyond the spread          {} logs: right kind {}\n\
          invisible ones                   {} logs: right or none {}\n\
          outside the library              {} logs: unexplained {}; visible {}, of these unexplained {}\n\
          undisturbed                      {} logs: none found {}, unexplained {}\n\
@@ -208,6 +215,8 @@ fn total_text(total: &EffectsTotal) -> String {
         total.visible,
         total.visible_right,
         total.visible_rival,
+        total.standing_out,
+        total.standing_out_right,
         total.invisible,
         total.invisible_right_or_none,
         total.outside,

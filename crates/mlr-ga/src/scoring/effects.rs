@@ -8,7 +8,10 @@ use mlr_residual::walk::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::truth::{FILE, Truth, TruthError, read_truths};
+use super::{
+    truth::{FILE, Truth, TruthError, read_truths},
+    visibility::{TrueTrace, Visibility},
+};
 
 /// What was done to the robot of a log beyond its lost links.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,27 +34,6 @@ pub struct TrueEffect {
     /// Its parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, serde_json::Value>,
-}
-
-/// What the effects of a log change of roll, pitch and yaw while the robot walks.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct TrueTrace {
-    /// Mean of the change.
-    pub mean_deg: [f64; 3],
-    /// Root mean square of the change without mean and trend.
-    pub swing_deg: [f64; 3],
-}
-
-impl TrueTrace {
-    /// Whether anybody could tell it from the ordinary spread of robots: roll or pitch
-    /// swing by 0.3° more or less, or lean by two standard deviations of a usual mounting
-    /// (1°), or yaw bends by 1°. A constant rate of turning is no trace: every gyroscope
-    /// has its bias, and every floor its grip.
-    pub fn is_visible(&self) -> bool {
-        let [roll, pitch, yaw] = self.swing_deg;
-        let swings = roll.max(pitch) >= 0.3 || yaw >= 1.0;
-        swings || self.mean_deg[0].abs().max(self.mean_deg[1].abs()) >= 1.0
-    }
 }
 
 #[derive(Deserialize)]
@@ -138,8 +120,8 @@ pub struct EffectsScore {
     pub log: String,
     /// What was done to the robot.
     pub truth: Vec<TrueEffect>,
-    /// Whether that could be seen, where it is known; see [`TrueTrace::is_visible`].
-    pub visible: Option<bool>,
+    /// Whether that could be seen; see [`TrueTrace::visibility`].
+    pub visibility: Visibility,
     /// Whether the library has every kind of it.
     pub in_library: bool,
     /// What was found.
@@ -184,7 +166,7 @@ impl EffectsScore {
         Self {
             log: truth.log.name.clone(),
             truth: truth.effects.clone(),
-            visible: visible(truth),
+            visibility: visibility(truth),
             in_library,
             found: found.effects.clone(),
             unexplained: found.unexplained,
@@ -203,13 +185,16 @@ impl EffectsScore {
 }
 
 /// A delay shows nowhere in a log that does not tell when the walk was commanded.
-fn visible(truth: &EffectsTruth) -> Option<bool> {
+fn visibility(truth: &EffectsTruth) -> Visibility {
     let is_a_delay = |effect: &TrueEffect| {
         mlr_residual::walk_effects::find(&effect.kind).is_some_and(|known| known.is_a_delay())
     };
     let only_delays = !truth.effects.is_empty() && truth.effects.iter().all(is_a_delay);
-    let trace = truth.trace.map(|trace| trace.is_visible());
-    trace.map(|visible| visible && !only_delays)
+    match truth.trace {
+        Some(_) if only_delays => Visibility::Hidden,
+        Some(trace) => trace.visibility(),
+        None => Visibility::Unknown,
+    }
 }
 
 fn verdict(truth: &EffectsTruth, found: &WalkExplanation, in_library: bool) -> KindsVerdict {
@@ -249,6 +234,11 @@ pub struct EffectsTotal {
     pub visible_right: usize,
     /// Of these, wrong ones with the right kind among their rivals.
     pub visible_rival: usize,
+    /// Of the visible ones, those that stand out of the spread of robots or whose spread is not
+    /// known.
+    pub standing_out: usize,
+    /// Of these, right kinds.
+    pub standing_out_right: usize,
     /// Logs with an effect of the library that cannot be seen.
     pub invisible: usize,
     /// Of these, nothing wrong found.
@@ -285,15 +275,20 @@ impl EffectsTotal {
         let of = |wanted: &dyn Fn(&EffectsScore) -> bool| -> Vec<&EffectsScore> {
             scores.iter().filter(|score| wanted(score)).collect()
         };
-        let visible = of(&|s| !s.truth.is_empty() && s.in_library && s.visible.unwrap_or(true));
-        let invisible = of(&|s| !s.truth.is_empty() && s.in_library && !s.visible.unwrap_or(true));
+        let visible = of(&|s| !s.truth.is_empty() && s.in_library && s.visibility.is_visible());
+        let invisible = of(&|s| !s.truth.is_empty() && s.in_library && !s.visibility.is_visible());
         let undisturbed = of(&|s| s.truth.is_empty());
         let outside = of(&|s| !s.in_library);
         let unexplained = |logs: &[&EffectsScore]| logs.iter().filter(|s| s.unexplained).count();
         let outside_visible: Vec<&EffectsScore> = outside
             .iter()
             .copied()
-            .filter(|s| s.visible.unwrap_or(true))
+            .filter(|s| s.visibility.is_visible())
+            .collect();
+        let standing_out: Vec<&EffectsScore> = visible
+            .iter()
+            .copied()
+            .filter(|s| s.visibility != Visibility::WithinSpread)
             .collect();
         let ratio = |before: &dyn Fn(&EffectsScore) -> f64| {
             let mut ratios: Vec<f64> = visible
@@ -312,6 +307,8 @@ impl EffectsTotal {
                 .iter()
                 .filter(|s| s.verdict == KindsVerdict::Rival)
                 .count(),
+            standing_out: standing_out.len(),
+            standing_out_right: standing_out.iter().filter(right).count(),
             invisible: invisible.len(),
             invisible_right_or_none: invisible.iter().filter(invisible_ok).count(),
             undisturbed: undisturbed.len(),

@@ -4,11 +4,13 @@ mod effects;
 mod score;
 mod total;
 mod truth;
+mod visibility;
 
 pub use effects::{
-    EffectsScore, EffectsTotal, EffectsTruth, KindsVerdict, TrueEffect, TrueTrace, in_words,
+    EffectsScore, EffectsTotal, EffectsTruth, KindsVerdict, TrueEffect, in_words,
     read_effects_truths,
 };
 pub use score::LogScore;
 pub use total::{Confusion, TotalScore};
 pub use truth::{Truth, TruthError, read_truths};
+pub use visibility::{Spread, TrueTrace, Visibility};

@@ -4,10 +4,12 @@ mod columns;
 mod error;
 mod read;
 mod stream;
+mod table;
 mod write;
 
 pub use columns::{ColumnError, Columns};
 pub use error::{LogError, LogProblem};
 pub use read::{read_log, read_log_with_raw};
 pub use stream::LogStream;
+pub use table::LogTable;
 pub use write::write_log;

@@ -1,21 +1,12 @@
 //! Reading logs.
 
-use std::{
-    fs::File,
-    io::{self, BufReader, Read},
-    path::Path,
-};
+use std::{io::Read, path::Path};
 
-use csv::{ErrorKind, StringRecord};
-use flate2::bufread::MultiGzDecoder;
 use mlr_filter::{Axes, OrientationSeries};
 use nalgebra::Vector3;
 
-use super::{Columns, LogError, LogProblem, columns::Column};
+use super::{Columns, LogError, LogProblem, LogTable, columns::Column};
 use crate::RawSeries;
-
-/// The first bytes of every gzip file (RFC 1952).
-const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
 /// Reads roll, pitch and yaw over time from a CSV file, plain or gzipped (told by
 /// its first bytes, not by its name). Where it has none of them but the six raw
@@ -25,8 +16,8 @@ const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 /// # Errors
 /// [`LogError`] naming file and, where it applies, line and column.
 pub fn read_log(path: &Path, columns: &Columns) -> Result<OrientationSeries, LogError> {
-    open(path)
-        .and_then(|text| parse(text, columns))
+    LogTable::open(path)
+        .and_then(|table| parse(table, columns))
         .map_err(|problem| LogError {
             path: path.into(),
             problem,
@@ -43,60 +34,12 @@ pub fn read_log_with_raw(
     path: &Path,
     columns: &Columns,
 ) -> Result<(OrientationSeries, Option<RawSeries>), LogError> {
-    open(path)
-        .and_then(|text| parse_with_raw(text, columns))
+    LogTable::open(path)
+        .and_then(|table| parse_with_raw(table, columns))
         .map_err(|problem| LogError {
             path: path.into(),
             problem,
         })
-}
-
-fn open(path: &Path) -> Result<Box<dyn Read>, LogProblem> {
-    let file = File::open(path).map_err(LogProblem::Io)?;
-    if file.metadata().map_err(LogProblem::Io)?.is_dir() {
-        return Err(LogProblem::Directory);
-    }
-    let mut reader = BufReader::new(file);
-    let is_gzip = io::BufRead::fill_buf(&mut reader)
-        .map_err(LogProblem::Io)?
-        .starts_with(&GZIP_MAGIC);
-    Ok(if is_gzip {
-        Box::new(MultiGzDecoder::new(reader))
-    } else {
-        Box::new(reader)
-    })
-}
-
-/// A reader behind the header of its text, the header, and the header's line.
-struct Headed<R> {
-    reader: csv::Reader<R>,
-    header: StringRecord,
-    line: u64,
-}
-
-impl<R: Read> Headed<R> {
-    fn new(text: R) -> Result<Self, LogProblem> {
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            // Loggers like to note their settings above the header.
-            .comment(Some(b'#'))
-            .from_reader(text);
-        let header = reader.headers().map_err(|error| problem(error, 1))?.clone();
-        if header.iter().all(str::is_empty) {
-            return Err(LogProblem::Empty);
-        }
-        // The reader stands behind the header; comments may stand before it.
-        let line = reader.position().line().saturating_sub(1);
-        Ok(Self {
-            reader,
-            header,
-            line,
-        })
-    }
-
-    fn has(&self, column: &Column) -> bool {
-        Field::find(&self.header, self.line, column).is_ok()
-    }
 }
 
 fn vectors(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Vec<Vector3<f64>> {
@@ -108,28 +51,16 @@ fn vectors(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Vec<Vector3<f64>> {
 }
 
 fn parse_with_raw(
-    text: impl Read,
+    table: LogTable<impl Read>,
     columns: &Columns,
 ) -> Result<(OrientationSeries, Option<RawSeries>), LogProblem> {
-    let headed = Headed::new(text)?;
-    let has_both = columns
-        .raw
-        .iter()
-        .chain(&columns.angles)
-        .all(|c| headed.has(c));
-    if !has_both {
-        return Ok((parse_headed(headed, columns)?, None));
+    if !has_all(&table, &columns.raw) || !has_all(&table, &columns.angles) {
+        return Ok((parse(table, columns)?, None));
     }
-    let [roll, pitch, yaw] = columns.angles.clone();
-    let [ax, ay, az, gx, gy, gz] = columns.raw.clone();
-    let wanted = [roll, pitch, yaw, ax, ay, az, gx, gy, gz];
-    let Headed {
-        reader,
-        header,
-        line,
-    } = headed;
-    let [times_s, roll, pitch, yaw, ax, ay, az, gx, gy, gz] =
-        read_columns(reader, &header, line, &columns.time, &wanted)?;
+    let [roll, pitch, yaw] = &columns.angles;
+    let [ax, ay, az, gx, gy, gz] = &columns.raw;
+    let wanted = [&columns.time, roll, pitch, yaw, ax, ay, az, gx, gy, gz];
+    let [times_s, roll, pitch, yaw, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
     let raw = RawSeries {
         times_s: times_s.clone(),
         accelerations_mps2: vectors(ax, ay, az),
@@ -139,24 +70,12 @@ fn parse_with_raw(
     Ok((orientation, Some(raw)))
 }
 
-fn parse(text: impl Read, columns: &Columns) -> Result<OrientationSeries, LogProblem> {
-    parse_headed(Headed::new(text)?, columns)
-}
-
-fn parse_headed(
-    headed: Headed<impl Read>,
-    columns: &Columns,
-) -> Result<OrientationSeries, LogProblem> {
-    let only_raw = columns.raw.iter().all(|column| headed.has(column))
-        && !columns.angles.iter().any(|column| headed.has(column));
-    let Headed {
-        reader,
-        header,
-        line,
-    } = headed;
-    if only_raw {
-        let [times_s, ax, ay, az, gx, gy, gz] =
-            read_columns(reader, &header, line, &columns.time, &columns.raw)?;
+fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<OrientationSeries, LogProblem> {
+    let has_angle = columns.angles.iter().any(|c| table.find(&c.name).is_ok());
+    if has_all(&table, &columns.raw) && !has_angle {
+        let [ax, ay, az, gx, gy, gz] = &columns.raw;
+        let wanted = [&columns.time, ax, ay, az, gx, gy, gz];
+        let [times_s, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
         let raw = RawSeries {
             times_s,
             accelerations_mps2: vectors(ax, ay, az),
@@ -164,111 +83,30 @@ fn parse_headed(
         };
         Ok(raw.fuse()?)
     } else {
-        let [times_s, roll, pitch, yaw] =
-            read_columns(reader, &header, line, &columns.time, &columns.angles)?;
+        let [roll, pitch, yaw] = &columns.angles;
+        let wanted = [&columns.time, roll, pitch, yaw];
+        let [times_s, roll, pitch, yaw] = read_columns(table, wanted)?;
         Ok(OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?)
     }
 }
 
-/// The numbers of the time column and of the `wanted` ones: W + 1 = N columns.
-fn read_columns<const W: usize, const N: usize>(
-    mut reader: csv::Reader<impl Read>,
-    header: &StringRecord,
-    header_line: u64,
-    time: &Column,
-    wanted: &[Column; W],
+fn has_all(table: &LogTable<impl Read>, columns: &[Column]) -> bool {
+    columns
+        .iter()
+        .all(|column| table.find(&column.name).is_ok())
+}
+
+/// The numbers of the wanted columns in their units.
+fn read_columns<const N: usize>(
+    table: LogTable<impl Read>,
+    wanted: [&Column; N],
 ) -> Result<[Vec<f64>; N], LogProblem> {
-    let fields = std::iter::once(time)
-        .chain(wanted)
-        .map(|column| Field::find(header, header_line, column))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut values = [const { Vec::new() }; N];
-    let mut row = StringRecord::new();
-    loop {
-        let line = reader.position().line();
-        if !reader
-            .read_record(&mut row)
-            .map_err(|error| problem(error, line))?
-        {
-            break;
-        }
-        let line = row.position().map_or(line, csv::Position::line);
-        for (field, column) in fields.iter().zip(&mut values) {
-            column.push(field.number(&row, line)?);
-        }
-    }
-    if values[0].is_empty() {
-        return Err(LogProblem::NoSamples);
-    }
-    Ok(values)
-}
-
-/// Where a column is in a row.
-struct Field<'a> {
-    index: usize,
-    column: &'a Column,
-}
-
-impl<'a> Field<'a> {
-    fn find(header: &StringRecord, line: u64, column: &'a Column) -> Result<Self, LogProblem> {
-        // A spreadsheet may put a byte-order mark before the first name.
-        let mut matches = header
-            .iter()
-            .enumerate()
-            .filter(|(_, name)| name.trim_start_matches('\u{feff}') == column.name)
-            .map(|(index, _)| index);
-        match (matches.next(), matches.next()) {
-            (Some(index), None) => Ok(Self { index, column }),
-            (Some(_), Some(_)) => Err(LogProblem::AmbiguousColumn {
-                line,
-                column: column.name.clone(),
-            }),
-            (None, _) => Err(LogProblem::MissingColumn {
-                line,
-                column: column.name.clone(),
-                found: header.iter().collect::<Vec<_>>().join(", "),
-            }),
-        }
-    }
-
-    fn number(&self, row: &StringRecord, line: u64) -> Result<f64, LogProblem> {
-        let text = row.get(self.index).unwrap_or_default();
-        text.parse::<f64>()
-            .map(|value| value * self.column.scale)
-            .ok()
-            .filter(|value| value.is_finite())
-            .ok_or_else(|| LogProblem::NotANumber {
-                line,
-                column: self.column.name.clone(),
-                text: text.into(),
-            })
-    }
-}
-
-/// What a failure of the CSV reader at `line` means.
-fn problem(error: csv::Error, line: u64) -> LogProblem {
-    match error.into_kind() {
-        ErrorKind::Io(source) => match source.kind() {
-            // What the gzip decoder reports for data cut short or damaged.
-            io::ErrorKind::UnexpectedEof
-            | io::ErrorKind::InvalidInput
-            | io::ErrorKind::InvalidData => LogProblem::Gzip { line, source },
-            _ => LogProblem::Io(source),
-        },
-        ErrorKind::UnequalLengths {
-            pos,
-            expected_len,
-            len,
-        } => LogProblem::RowLength {
-            line: pos.map_or(line, |pos| pos.line()),
-            fields: len,
-            expected: expected_len,
-        },
-        ErrorKind::Utf8 { pos, .. } => LogProblem::NotText {
-            line: pos.map_or(line, |pos| pos.line()),
-        },
-        other => LogProblem::Io(io::Error::other(format!("{other:?}"))),
-    }
+    let scaled = wanted
+        .into_iter()
+        .map(|column| Ok((table.find(&column.name)?, column.scale)))
+        .collect::<Result<Vec<_>, LogProblem>>()?;
+    let mut values = table.read(&scaled)?.into_iter();
+    Ok([(); N].map(|()| values.next().unwrap_or_default()))
 }
 
 #[cfg(test)]
@@ -280,7 +118,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<OrientationSeries, LogProblem> {
-        parse(text.as_bytes(), &Columns::default())
+        parse(LogTable::new(text.as_bytes())?, &Columns::default())
     }
 
     fn message(text: &str) -> String {
@@ -377,7 +215,8 @@ mod tests {
     fn bytes_that_are_no_text_name_their_line() {
         let mut bytes = HEADER.as_bytes().to_vec();
         bytes.extend(b"0,\xff\xfe,0,0\n");
-        let problem = parse(bytes.as_slice(), &Columns::default()).unwrap_err();
+        let table = LogTable::new(bytes.as_slice()).unwrap();
+        let problem = parse(table, &Columns::default()).unwrap_err();
         assert!(
             matches!(problem, LogProblem::NotText { line: 2 }),
             "{problem}"

@@ -94,9 +94,12 @@ impl Siblings {
     /// Finds the other columns of the sensor whose rate is in the column `rate`:
     /// the names that differ from it in the letter of the axis, those that have a
     /// for g and `_g` or `_mps2` for the unit besides, and `temperature_c`.
-    pub(super) fn find(header: &[&str], rate: &str) -> Self {
+    pub(super) fn find(header: &[impl AsRef<str>], rate: &str) -> Self {
         let position = |name: &str| {
-            let mut found = header.iter().enumerate().filter(|(_, h)| **h == name);
+            let mut found = header
+                .iter()
+                .enumerate()
+                .filter(|(_, h)| h.as_ref() == name);
             match (found.next(), found.next()) {
                 (Some((index, _)), None) => Some(index),
                 _ => None,

@@ -12,6 +12,10 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct JointOffset;
 
+/// By how much zeros usually move: a servo's horn that is one of 25 teeth off is off by
+/// 0.25 rad.
+pub(super) const USUAL_RAD: f64 = 0.2;
+
 impl WalkEffect for JointOffset {
     fn kind(&self) -> &'static str {
         "joint_offset"
@@ -44,6 +48,10 @@ impl WalkEffect for JointOffset {
             joint: place.link(),
             angle_rad: values[0],
         });
+    }
+
+    fn rarity(&self, values: &[f64]) -> f64 {
+        (values[0] / USUAL_RAD).powi(2)
     }
 
     fn report(&self, place: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

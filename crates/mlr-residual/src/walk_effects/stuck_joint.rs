@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use mlr_model::{Fault, Morphology, Robot, kinematics};
 use nalgebra::Point3;
 
-use super::{Place, WalkEffect, effect::named};
+use super::{Place, WalkEffect, effect::named, joint_offset::USUAL_RAD};
 use crate::{
     Parameter,
     walk::{WalkModel, WalkRecord},
@@ -12,6 +12,9 @@ use crate::{
 /// A joint ignores its commands.
 #[derive(Debug)]
 pub(super) struct StuckJoint;
+
+/// How far off its stance a joint may be stuck.
+const FARTHEST_RAD: f64 = 1.2;
 
 impl StuckJoint {
     /// The angle of the joint in the stance.
@@ -43,7 +46,7 @@ impl WalkEffect for StuckJoint {
         vec![
             Parameter::new("off_stance_rad", 0.0)
                 .step(0.04)
-                .bounds(-1.2, 1.2),
+                .bounds(-FARTHEST_RAD, FARTHEST_RAD),
         ]
     }
 
@@ -60,6 +63,13 @@ impl WalkEffect for StuckJoint {
             angle_rad,
         };
         model.simulation.faults.push(fault);
+    }
+
+    /// A joint may be stuck anywhere; one that is only off its zero, which the walk may not
+    /// tell from it where the joint has little to do, is off by so much at most.
+    fn rarity(&self, _: &[f64]) -> f64 {
+        let offset_rad = USUAL_RAD * std::f64::consts::TAU.sqrt();
+        2.0 * (2.0 * FARTHEST_RAD / offset_rad).ln()
     }
 
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {

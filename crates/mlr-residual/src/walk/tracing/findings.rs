@@ -4,7 +4,11 @@ use std::collections::BTreeMap;
 
 use mlr_model::LostLinks;
 
-use super::{Tracing, errors, judging::Judged, state::State};
+use super::{
+    Tracing, errors,
+    judging::{Contender, Judged},
+    state::State,
+};
 use crate::{
     statistics::chance_of_gain,
     walk::{
@@ -15,19 +19,11 @@ use crate::{
 
 impl<'a> Tracing<'a> {
     /// What is said of an effect when it is added. Intervals come when all are found.
-    pub(super) fn traced(
-        &self,
-        best: &Judged,
-        contenders: &[(&Judged, State<'a>)],
-    ) -> TracedEffect {
+    pub(super) fn traced(&self, best: &Contender<'a>, others: &[Contender<'a>]) -> TracedEffect {
+        let limit = best.cost() + self.settings.rival_gain;
+        let rivals = others.iter().filter(|other| other.cost() < limit);
+        let best = &best.judged;
         let placed = best.placed();
-        let cost =
-            |(judged, state): &(&Judged, State<'_>)| state.total + judged.price + judged.rarity;
-        let least = contenders.first().map_or(0.0, cost);
-        let rivals = contenders
-            .iter()
-            .skip(1)
-            .filter(|rival| cost(rival) < least + self.settings.rival_gain);
         TracedEffect {
             kind: best.kind().into(),
             parameters: self.report(&best.trial, placed),
@@ -40,13 +36,9 @@ impl<'a> Tracing<'a> {
             chance: best.chance,
             error: errors(&best.trial),
             rivals: rivals
-                .map(|(rival, state)| Rival {
-                    kind: rival.kind().into(),
-                    parameters: state
-                        .trial
-                        .effects
-                        .last()
-                        .map_or_else(BTreeMap::new, |last| self.report(&state.trial, last)),
+                .map(|rival| Rival {
+                    kind: rival.judged.kind().into(),
+                    parameters: self.report(&rival.judged.trial, rival.judged.placed()),
                 })
                 .collect(),
         }

@@ -14,6 +14,7 @@ use crate::{
 const CONTENDERS: usize = 3;
 
 /// An effect on trial.
+#[derive(Clone)]
 pub(super) struct Judged {
     /// What walks with it.
     pub(super) suspect: Suspect,
@@ -45,6 +46,25 @@ impl Judged {
 
     pub(super) fn is_accepted(&self) -> bool {
         self.gain.iter().all(|gain| *gain > self.price) && !self.at_bound
+    }
+
+    /// Whether it may turn out to be worth its price with the model calibrated around it.
+    fn is_promising(&self) -> bool {
+        let [fit, unseen] = self.gain;
+        fit > self.price && unseen > 0.0 && !self.at_bound
+    }
+}
+
+/// An effect and the state with it.
+pub(super) struct Contender<'a> {
+    pub(super) judged: Judged,
+    pub(super) state: State<'a>,
+}
+
+impl Contender<'_> {
+    /// What all contenders are measured by.
+    pub(super) fn cost(&self) -> f64 {
+        self.state.total + self.judged.price + self.judged.rarity
     }
 }
 
@@ -89,6 +109,7 @@ impl<'a> Tracing<'a> {
         }
         judged
     }
+
     /// Every effect that a suspect may have and that is wanted.
     fn try_on(
         &self,
@@ -124,38 +145,34 @@ impl<'a> Tracing<'a> {
     }
 
     fn judge(&self, state: &State<'a>, suspect: &Suspect, trial: Trial) -> Judged {
-        let comparison = &state.comparison;
-        // What the usual differences cost counts on either stretch: an effect that makes
-        // an unusual one unnecessary has gained as much.
-        let prior = |trial: &Trial| trial.cost - comparison.cost_of(trial.fit_deg2);
-        let unseen = |trial: &Trial| comparison.cost_of(trial.unseen_deg2) + prior(trial);
-        let gain = [
-            state.trial.cost - trial.cost,
-            unseen(&state.trial) - unseen(&trial),
-        ];
         let placed = trial.effects.last().expect("a trial has an effect");
         let parameters = placed
             .effect
             .parameters(placed.place, &state.calibration_model);
         let model = state.walker().with(&state.trial.effects);
         let places = placed.effect.places(&model.robot, &suspect.morphology);
-        let blocks = |trial: &Trial| self.blocks(state, trial);
         Judged {
             price: self.settings.least_gain
                 + self.settings.price_per_parameter * parameters.len() as f64
                 + (places.len() as f64).ln(),
             rarity: placed.effect.rarity(&placed.values),
-            chance: chance_of_gain(&blocks(&state.trial), &blocks(&trial)),
+            chance: self.chance(state, &trial),
             at_bound: parameters
                 .iter()
                 .zip(&placed.values)
                 .any(|(parameter, value)| {
                     parameter.is_at_bound(*value) && parameter.neutral == Some(*value)
                 }),
-            gain,
+            gain: gains(state, &trial),
             suspect: suspect.clone(),
             trial,
         }
+    }
+
+    /// The probability that so many cycles gain by chance.
+    fn chance(&self, state: &State<'a>, trial: &Trial) -> f64 {
+        let blocks = |trial: &Trial| self.blocks(state, trial);
+        chance_of_gain(&blocks(&state.trial), &blocks(trial))
     }
 
     /// Mean squares of the unseen errors, cycle by cycle and axis by axis, over what is
@@ -175,30 +192,65 @@ impl<'a> Tracing<'a> {
         blocks
     }
 
-    /// The best candidates, each of another kind, calibrated with lost links gone and
-    /// locked: which of them it is may look otherwise with an effect in place. Best first.
-    pub(super) fn contenders<'j>(
+    /// The best candidates, each of another kind, with the model calibrated around them,
+    /// lost links gone and locked: what an effect gains, and which it is, may look otherwise
+    /// then. Those that are worth their price, best first.
+    pub(super) fn contenders(
         &self,
         state: &State<'a>,
-        judged: &'j [Judged],
-    ) -> Result<Vec<(&'j Judged, State<'a>)>, WalkError> {
+        judged: &[Judged],
+    ) -> Result<Vec<Contender<'a>>, WalkError> {
         let mut kinds: Vec<&Judged> = Vec::new();
-        for judged in judged.iter().filter(|judged| judged.is_accepted()) {
+        for judged in judged.iter().filter(|judged| judged.is_promising()) {
             if kinds.len() < CONTENDERS && !kinds.iter().any(|k| k.kind() == judged.kind()) {
                 kinds.push(judged);
             }
         }
         let mut contenders = Vec::new();
         for judged in kinds {
-            let as_tried = self.with_trial(state, &judged.suspect, &judged.trial);
+            let as_tried = Contender {
+                state: self.with_trial(state, &judged.suspect, &judged.trial),
+                judged: judged.clone(),
+            };
             let found = &judged.trial.effects;
-            let suited = self.likeliest(std::slice::from_ref(&judged.suspect), found)?;
-            let suited = suited.filter(|suited| suited.total < as_tried.total);
-            contenders.push((judged, suited.unwrap_or(as_tried)));
+            let calibrated = self
+                .likeliest(std::slice::from_ref(&judged.suspect), found)?
+                .map(|calibrated| self.calibrated_contender(state, judged, calibrated))
+                .filter(|calibrated| calibrated.cost() < as_tried.cost());
+            contenders.push(calibrated.unwrap_or(as_tried));
         }
-        let cost =
-            |(judged, state): &(&Judged, State<'_>)| state.total + judged.price + judged.rarity;
-        contenders.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        contenders.retain(|contender| contender.judged.is_accepted());
+        contenders.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         Ok(contenders)
     }
+
+    fn calibrated_contender(
+        &self,
+        before: &State<'a>,
+        judged: &Judged,
+        state: State<'a>,
+    ) -> Contender<'a> {
+        let trial = state.trial.clone();
+        Contender {
+            judged: Judged {
+                gain: gains(before, &trial),
+                chance: self.chance(before, &trial),
+                trial,
+                ..judged.clone()
+            },
+            state,
+        }
+    }
+}
+
+/// What a trial gains on the fitted and on the unseen stretch. What the usual differences
+/// cost counts on either: an effect that makes an unusual one unnecessary has gained as much.
+fn gains(before: &State<'_>, after: &Trial) -> [f64; 2] {
+    let comparison = &before.comparison;
+    let prior = |trial: &Trial| trial.cost - comparison.cost_of(trial.fit_deg2);
+    let unseen = |trial: &Trial| comparison.cost_of(trial.unseen_deg2) + prior(trial);
+    [
+        before.trial.cost - after.cost,
+        unseen(&before.trial) - unseen(after),
+    ]
 }

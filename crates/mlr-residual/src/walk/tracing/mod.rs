@@ -115,10 +115,11 @@ pub fn explain_walk(
             break judged;
         }
         let contenders = tracing.contenders(&state, &judged)?;
-        let Some((best, with_best)) = contenders.first() else {
+        let [best, rivals @ ..] = &contenders[..] else {
             break judged;
         };
-        effects.push(tracing.traced(best, &contenders));
+        effects.push(tracing.traced(best, rivals));
+        let with_best = &best.state;
         let found = with_best.trial.effects.clone();
         let mut again = vec![with_best.suspect()];
         again.extend(search.with_effects(&with_best.walker().with(&found)));
