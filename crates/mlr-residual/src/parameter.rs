@@ -15,6 +15,8 @@ pub struct Parameter {
     pub upper: f64,
     /// The value at which the effect is absent, if there is one.
     pub neutral: Option<f64>,
+    /// How far from there it is on things that nothing is wrong with.
+    pub usual: f64,
 }
 
 impl Parameter {
@@ -27,6 +29,7 @@ impl Parameter {
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             neutral: None,
+            usual: 0.0,
         }
     }
 
@@ -55,6 +58,18 @@ impl Parameter {
         }
     }
 
+    /// Sets how far from its neutral value it usually is.
+    #[must_use]
+    pub fn usual(self, usual: f64) -> Self {
+        Self { usual, ..self }
+    }
+
+    /// Whether a value is no more than what is usual.
+    pub fn is_usual(&self, value: f64) -> bool {
+        self.neutral
+            .is_some_and(|neutral| (value - neutral).abs() <= self.usual)
+    }
+
     /// The starting value, moved inside the bounds.
     pub fn start_within_bounds(&self) -> f64 {
         self.start.clamp(self.lower, self.upper)
@@ -77,5 +92,20 @@ impl Parameter {
         let near =
             |bound: f64| bound.is_finite() && (value - bound).abs() <= 1e-9 * bound.abs().max(1e-3);
         !self.is_fixed() && (near(self.lower) || near(self.upper))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_usual_lies_around_the_neutral_value() {
+        let ratio = Parameter::new("ln_friction", 0.0).neutral(0.0).usual(0.25);
+        assert!(ratio.is_usual(-0.25) && !ratio.is_usual(0.3));
+        let exact = Parameter::new("mass_kg", 0.0).neutral(0.0);
+        assert!(exact.is_usual(0.0) && !exact.is_usual(1e-6));
+        // A joint that is stuck is stuck, wherever that is.
+        assert!(!Parameter::new("angle_rad", 0.0).is_usual(0.0));
     }
 }

@@ -103,3 +103,32 @@ fn a_short_link_is_found_on_its_leg_with_its_length() {
     assert!(effect.gain.iter().all(|gain| *gain > effect.price));
     assert!(found.error_after.validation_deg < 0.2 * found.error_calibrated.validation_deg);
 }
+
+#[test]
+fn a_leg_that_gives_way_is_told_from_a_lost_one() {
+    let weak = recorded(vec![Fault::WeakLeg { leg: 3, gain: 0.15 }]);
+    let record = WalkRecord::new(&weak, 0.0, false, 0.0, None).unwrap();
+    let robot = Robot::jethexa();
+    let healthy = Morphology::healthy(&robot.layout());
+    // As an identification that knows of lost legs only would have it.
+    let lost = Suspect {
+        morphology: healthy.clone().without_leg(2),
+        ln_prior: 0.0,
+    };
+    let model = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
+    let settings = TracingSettings {
+        most_effects: 1,
+        ..TracingSettings::default()
+    };
+    let found = explain_walk(&record, &model, &[lost], &NoSearch, &settings, &()).unwrap();
+    assert_eq!(found.morphology, healthy.to_rows());
+    let [effect] = &found.effects[..] else {
+        panic!("{:?}", found.effects);
+    };
+    assert_eq!(effect.kind, "weak_leg");
+    assert_eq!(effect.parameters["leg"], Reported::Number(3));
+    let Reported::Quantity(gain) = effect.parameters["gain"] else {
+        panic!("{:?}", effect.parameters);
+    };
+    assert!((gain - 0.15).abs() < 0.05, "{gain}");
+}

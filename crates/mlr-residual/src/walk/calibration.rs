@@ -31,6 +31,8 @@ pub(crate) struct Calibration<'a> {
 /// How long an orientation filter may trust the gyroscope while the body shakes: some
 /// ignore the accelerometer then.
 const FILTER_TIMES_S: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 64.0];
+/// The best of them is varied by these factors.
+const FINER: [f64; 2] = [std::f64::consts::SQRT_2, 1.19];
 /// Rounds after which it is taken as it is.
 const MAX_ROUNDS: usize = 3;
 /// Shares of a step that are tried until one helps.
@@ -192,13 +194,16 @@ impl Calibrate<'_, '_> {
                 sizes: settled.sizes,
             }
         };
+        let better = |best: Stage, other: Stage| {
+            if other.cost < best.cost { other } else { best }
+        };
         let [first, others @ ..] = FILTER_TIMES_S;
-        others
-            .into_iter()
-            .map(stage)
-            .fold(stage(first), |best, stage| {
-                if stage.cost < best.cost { stage } else { best }
-            })
+        let coarse = others.into_iter().map(stage).fold(stage(first), better);
+        FINER.into_iter().fold(coarse, |best, factor| {
+            let filter_time_s = best.model.sensing.filter_time_s;
+            let around = [filter_time_s / factor, filter_time_s * factor];
+            around.into_iter().map(stage).fold(best, better)
+        })
     }
 
     /// Moves the model by a share of what the traces would still add.

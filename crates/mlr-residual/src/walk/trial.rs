@@ -67,6 +67,14 @@ impl Placed {
     fn parameters(&self, model: &WalkModel) -> Vec<Parameter> {
         self.effect.parameters(self.place, model)
     }
+
+    /// Whether it is no more than what robots of one make differ by.
+    pub(crate) fn is_usual(&self, model: &WalkModel) -> bool {
+        let parameters = self.parameters(model).into_iter();
+        parameters
+            .zip(&self.values)
+            .all(|(parameter, value)| parameter.is_usual(*value))
+    }
 }
 
 impl Walker<'_> {

@@ -21,7 +21,13 @@ impl WalkEffect for BiasDrift {
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
         let drift = Parameter::new("dps_per_min", 0.0);
-        vec![drift.step(0.5).bounds(-120.0, 120.0).neutral(0.0)]
+        vec![
+            drift
+                .step(0.5)
+                .bounds(-120.0, 120.0)
+                .neutral(0.0)
+                .usual(2.0),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -35,6 +35,7 @@ impl WalkEffect for ExternalForce {
                     .step(0.02 * weight_n)
                     .bounds(-weight_n, weight_n)
                     .neutral(0.0)
+                    .usual(0.02 * weight_n)
             })
             .into()
     }

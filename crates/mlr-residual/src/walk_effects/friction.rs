@@ -21,7 +21,7 @@ impl WalkEffect for Friction {
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
         let ratio = Parameter::new("ln_friction", 0.0);
-        vec![ratio.step(0.08).bounds(-3.0, 1.0).neutral(0.0)]
+        vec![ratio.step(0.08).bounds(-3.0, 1.0).neutral(0.0).usual(0.25)]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -21,7 +21,13 @@ impl WalkEffect for GaitPeriod {
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
         let scale = Parameter::new("scale_less_1", 0.0);
-        vec![scale.step(0.003).bounds(-0.3, 0.3).neutral(0.0)]
+        vec![
+            scale
+                .step(0.003)
+                .bounds(-0.3, 0.3)
+                .neutral(0.0)
+                .usual(0.005),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -42,7 +42,13 @@ impl WalkEffect for GroundCompliance {
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
         let compliance = Parameter::new("compliance_mm_per_n", 0.0);
-        vec![compliance.step(0.05).bounds(0.1, 8.0).neutral(0.1)]
+        vec![
+            compliance
+                .step(0.05)
+                .bounds(0.1, 8.0)
+                .neutral(0.1)
+                .usual(0.1),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -25,6 +25,7 @@ impl WalkEffect for GyroBias {
                 .step(0.1)
                 .bounds(-20.0, 20.0)
                 .neutral(0.0)
+                .usual(0.3)
         };
         vec![
             rate("x_dps"),
@@ -32,7 +33,9 @@ impl WalkEffect for GyroBias {
             rate("z_dps"),
             Parameter::new("ln_filter_time", 0.0)
                 .step(0.1)
-                .bounds(-2.0, 2.0),
+                .bounds(-2.0, 2.0)
+                .neutral(0.0)
+                .usual(f64::INFINITY),
         ]
     }
 

@@ -21,7 +21,7 @@ impl WalkEffect for GyroScale {
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
         let scale = Parameter::new("scale_less_1", 0.0);
-        vec![scale.step(0.01).bounds(-0.5, 0.5).neutral(0.0)]
+        vec![scale.step(0.01).bounds(-0.5, 0.5).neutral(0.0).usual(0.015)]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -28,6 +28,7 @@ impl WalkEffect for ImuMisalignment {
                 .step(0.2)
                 .bounds(-30.0, 30.0)
                 .neutral(0.0)
+                .usual(0.75)
         };
         vec![angle("roll_deg"), angle("pitch_deg")]
     }

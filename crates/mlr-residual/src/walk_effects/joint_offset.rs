@@ -34,7 +34,8 @@ impl WalkEffect for JointOffset {
             Parameter::new("angle_rad", 0.0)
                 .step(0.02)
                 .bounds(-0.7, 0.7)
-                .neutral(0.0),
+                .neutral(0.0)
+                .usual(0.03),
         ]
     }
 

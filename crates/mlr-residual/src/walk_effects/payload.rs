@@ -61,12 +61,14 @@ impl WalkEffect for Payload {
                 .step(0.02 * largest)
                 .bounds(-largest, largest)
                 .neutral(0.0)
+                .usual(f64::INFINITY)
         };
         vec![
             Parameter::new("mass_kg", 0.0)
                 .step(0.02 * body.mass_kg)
                 .bounds(0.0, body.mass_kg)
-                .neutral(0.0),
+                .neutral(0.0)
+                .usual(0.03 * body.mass_kg),
             moment("x_kg_m", body.size_m.x),
             moment("y_kg_m", body.size_m.y),
         ]

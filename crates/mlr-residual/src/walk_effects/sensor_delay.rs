@@ -24,7 +24,8 @@ impl WalkEffect for SensorDelay {
             Parameter::new("delay_s", 0.0)
                 .step(0.005)
                 .bounds(0.0, 0.5)
-                .neutral(0.0),
+                .neutral(0.0)
+                .usual(0.01),
         ]
     }
 

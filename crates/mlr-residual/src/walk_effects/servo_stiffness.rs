@@ -27,7 +27,7 @@ impl WalkEffect for ServoStiffness {
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
         let ratio = Parameter::new("ln_stiffness", 0.0);
-        vec![ratio.step(0.06).bounds(-2.5, 1.5).neutral(0.0)]
+        vec![ratio.step(0.06).bounds(-2.5, 1.5).neutral(0.0).usual(0.2)]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -45,7 +45,8 @@ impl WalkEffect for ShortLink {
             Parameter::new("length_lost_m", 0.0)
                 .step(0.02 * length_m)
                 .bounds(0.0, 0.6 * length_m)
-                .neutral(0.0),
+                .neutral(0.0)
+                .usual(0.03 * length_m),
         ]
     }
 

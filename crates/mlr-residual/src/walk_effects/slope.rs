@@ -45,6 +45,7 @@ impl WalkEffect for Slope {
                     .step(0.3)
                     .bounds(-STEEPEST_DEG, STEEPEST_DEG)
                     .neutral(0.0)
+                    .usual(0.5)
             })
             .into()
     }

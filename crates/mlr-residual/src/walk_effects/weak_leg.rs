@@ -30,7 +30,8 @@ impl WalkEffect for WeakLeg {
             Parameter::new("ln_gain", 0.0)
                 .step(0.08)
                 .bounds(-3.5, 0.0)
-                .neutral(0.0),
+                .neutral(0.0)
+                .usual(0.15),
         ]
     }
 

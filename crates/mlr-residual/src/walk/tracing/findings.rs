@@ -160,8 +160,8 @@ impl<'a> Tracing<'a> {
             if candidates.iter().any(|known| known.kind == judged.kind()) {
                 continue;
             }
-            let verdict = if judged.at_bound {
-                "fits best where it is absent".into()
+            let verdict = if judged.is_usual {
+                "fits best where it is absent, or as small as is usual".into()
             } else if judged.is_accepted() {
                 "would help, but enough effects are in place".into()
             } else {

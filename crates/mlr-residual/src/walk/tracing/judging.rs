@@ -25,7 +25,8 @@ pub(super) struct Judged {
     /// See [`WalkEffect::rarity`](crate::walk_effects::WalkEffect::rarity).
     pub(super) rarity: f64,
     pub(super) chance: f64,
-    pub(super) at_bound: bool,
+    /// Whether it is no more than what robots of one make differ by anyhow.
+    pub(super) is_usual: bool,
 }
 
 impl Judged {
@@ -45,13 +46,15 @@ impl Judged {
     }
 
     pub(super) fn is_accepted(&self) -> bool {
-        self.gain.iter().all(|gain| *gain > self.price) && !self.at_bound
+        self.gain.iter().all(|gain| *gain > self.price) && !self.is_usual
     }
 
-    /// Whether it may turn out to be worth its price with the model calibrated around it.
+    /// Whether it may turn out to be worth its price with the model calibrated around it. An
+    /// effect on the sensor only leaves the body as it is calibrated.
     fn is_promising(&self) -> bool {
         let [fit, unseen] = self.gain;
-        fit > self.price && unseen > 0.0 && !self.at_bound
+        let of_body = !self.placed().effect.is_of_sensing();
+        self.is_accepted() || (of_body && fit > self.price && unseen > 0.0 && !self.is_usual)
     }
 }
 
@@ -157,12 +160,7 @@ impl<'a> Tracing<'a> {
                 + (places.len() as f64).ln(),
             rarity: placed.effect.rarity(&placed.values),
             chance: self.chance(state, &trial),
-            at_bound: parameters
-                .iter()
-                .zip(&placed.values)
-                .any(|(parameter, value)| {
-                    parameter.is_at_bound(*value) && parameter.neutral == Some(*value)
-                }),
+            is_usual: placed.is_usual(&state.calibration_model),
             gain: gains(state, &trial),
             suspect: suspect.clone(),
             trial,
@@ -235,6 +233,10 @@ impl<'a> Tracing<'a> {
             judged: Judged {
                 gain: gains(before, &trial),
                 chance: self.chance(before, &trial),
+                is_usual: trial
+                    .effects
+                    .last()
+                    .is_some_and(|last| last.is_usual(&state.calibration_model)),
                 trial,
                 ..judged.clone()
             },
