@@ -69,6 +69,8 @@ pub(crate) struct Settled {
 
 /// Rounds of weighing the axes by what is left of them.
 const ROUNDS: usize = 4;
+/// Damping that only keeps the equations solvable.
+const FREE: f64 = 1e-9;
 
 impl<'a> Comparison<'a> {
     pub(crate) fn new(
@@ -103,13 +105,25 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Fits the usual differences, and as many of the `extra` traces as it takes, to what
+    /// Fits the usual differences, and as much of the `extra` traces as it takes, to what
     /// the prediction leaves on the fitted stretch. Extra traces cost nothing.
     pub(crate) fn settle(
         &self,
         predicted_deg: &Axes<Vec<f64>>,
         rest_dps: [f64; 3],
         extra: &[Trace],
+    ) -> Settled {
+        self.settle_damped(predicted_deg, rest_dps, extra, FREE)
+    }
+
+    /// The same, where each extra trace costs `damping` times its squared size: what the
+    /// record hardly tells does not run away.
+    pub(crate) fn settle_damped(
+        &self,
+        predicted_deg: &Axes<Vec<f64>>,
+        rest_dps: [f64; 3],
+        extra: &[Trace],
+        damping: f64,
     ) -> Settled {
         let residual = difference(self.record.measured_deg(), predicted_deg);
         let rest_residual = self.record.rest_rate_dps().map(|rest| {
@@ -128,8 +142,7 @@ impl<'a> Comparison<'a> {
             let mut normal = DMatrix::zeros(count, count);
             let mut gradient = DVector::zeros(count);
             for k in 0..count {
-                // A usual difference costs its square, an extra one next to nothing.
-                normal[(k, k)] += if k < self.usual.len() { 1.0 } else { 1e-9 };
+                normal[(k, k)] += if k < self.usual.len() { 1.0 } else { damping };
                 gradient[k] -= self.there.get(k).copied().unwrap_or(0.0);
             }
             for axis in 0..3 {

@@ -48,6 +48,8 @@ pub(crate) struct Trial {
 const MAX_STEPS: usize = 6;
 /// Shares of a step that are tried until one helps.
 const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
+/// A step goes by ten of the parameters' own steps without a second thought (Levenberg).
+const DAMPING: f64 = 0.01;
 /// Gain of a step below which a fit has settled.
 const SETTLED: f64 = 0.1;
 /// Width of the first poll of a rough fit, in steps of the parameters, the width below which
@@ -143,7 +145,7 @@ impl Walker<'_> {
     }
 
     /// Fits the values of all effects from `first_free` on, from where they are, by Gauss
-    /// and Newton's method with the usual differences fitted along, and where that leaves
+    /// and Newton's damped method with the usual differences fitted along, and where that leaves
     /// much, by polls of their neighbourhood. `None` when the walk diverges from the start.
     pub(crate) fn fit(
         &self,
@@ -154,7 +156,7 @@ impl Walker<'_> {
         let samples = comparison.record.fit().end;
         let mut here = self.predict(comparison, &effects, samples)?;
         let mut settled = comparison.settle(&here.0, here.1, &[]);
-        let mut linear: Option<Settled> = None;
+        let mut last: Option<((Axes<Vec<f64>>, [f64; 3]), Vec<Trace>)> = None;
         for _ in 0..MAX_STEPS {
             let free = free_parameters(&effects, first_free, self.model);
             if free.is_empty() {
@@ -173,7 +175,8 @@ impl Walker<'_> {
                 })
                 .collect();
             let Some(traces) = traces else { break };
-            let proposed = comparison.settle(&here.0, here.1, &traces);
+            let proposed = comparison.settle_damped(&here.0, here.1, &traces, DAMPING);
+            last = Some((here.clone(), traces));
             let sizes = &proposed.sizes[comparison.usual()..];
             let mut gain = 0.0;
             for share in STEP_SHARES {
@@ -191,7 +194,6 @@ impl Walker<'_> {
                     break;
                 }
             }
-            linear = Some(proposed);
             if gain < SETTLED {
                 break;
             }
@@ -199,6 +201,7 @@ impl Walker<'_> {
         if settled.is_rough() {
             effects = self.polled(comparison, effects, first_free, settled.cost);
         }
+        let linear = last.map(|(from, traces)| comparison.settle(&from.0, from.1, &traces));
         self.judge(comparison, effects, first_free, linear.as_ref())
     }
 

@@ -12,6 +12,9 @@ use crate::{
 
 /// Kinds of effect that are calibrated in full before one is added.
 const CONTENDERS: usize = 3;
+/// An effect that gains so many times its price on both stretches together is calibrated
+/// before it is judged.
+const PROMISING: f64 = 1.5;
 
 /// An effect on trial.
 #[derive(Clone)]
@@ -54,7 +57,8 @@ impl Judged {
     fn is_promising(&self) -> bool {
         let [fit, unseen] = self.gain;
         let of_body = !self.placed().effect.is_of_sensing();
-        self.is_accepted() || (of_body && fit > self.price && unseen > 0.0 && !self.is_usual)
+        let gains = fit.min(unseen) > 0.0 && fit + unseen > PROMISING * self.price;
+        self.is_accepted() || (of_body && gains && !self.is_usual)
     }
 }
 
