@@ -1,11 +1,10 @@
 //! Fitting the usual differences before any effect is looked for.
 
 use mlr_model::{ModelError, Morphology};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Comparison, ErrorWeights, Placed, UsualDifferences, WalkModel, WalkRecord, Walker,
+    Comparison, ErrorWeights, Placed, Poll, UsualDifferences, WalkModel, WalkRecord, Walker,
     usual::{Difference, NearbyWalks},
 };
 
@@ -39,11 +38,13 @@ const MAX_ROUNDS: usize = 3;
 const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 /// Gain below which it has settled.
 const SETTLED: f64 = 0.3;
-/// Width of the first poll of a rough calibration in standard deviations, the width below
-/// which it ends, and the most polls.
-const WIDEST_POLL: f64 = 1.0;
-const NARROWEST_POLL: f64 = 0.25;
-const MAX_POLLS: usize = 10;
+/// How a rough calibration is searched, distances in standard deviations.
+const POLL: Poll = Poll {
+    widest: 1.0,
+    narrowest: 0.25,
+    least_gain: SETTLED,
+    most: 10,
+};
 
 impl<'a> Calibration<'a> {
     /// Fits the usual differences of a model with `effects`; `None` when it diverges.
@@ -180,9 +181,7 @@ impl Calibrate<'_, '_> {
             tried.sensing.filter_time_s = filter_time_s;
             let traces = walks.traces(usual, &tried, self.record);
             let comparison = Comparison::new(self.record, *weights, traces.clone(), there.to_vec());
-            let observed = walks.observed(&tried, self.record);
-            let settled =
-                comparison.settle(&observed, tried.sensing.rest_rate_dps(self.record), &[]);
+            let settled = comparison.settle(&walks.predicted(&tried, self.record), &[]);
             let mut model = model.clone();
             model.sensing.filter_time_s = filter_time_s;
             Stage {
@@ -223,38 +222,28 @@ impl Calibrate<'_, '_> {
         there[k] += size;
     }
 
-    /// A model near this one that costs less: each usual difference of the body is moved up
-    /// and down, the best move is made, and where none helps they become smaller.
+    /// A model near this one that costs less, the usual differences of the body moved one by
+    /// one.
     fn polled(&self, from: Stage) -> Result<Stage, ModelError> {
-        let mut here = (from.model.clone(), from.there.clone());
-        let Some(mut cost) = self.cost_alone(&here)? else {
+        let start = (from.model.clone(), from.there.clone());
+        let Some(cost) = self.cost_alone(&start)? else {
             return Ok(from);
         };
-        let mut width = WIDEST_POLL;
-        for _ in 0..MAX_POLLS {
-            let best = Difference::ALL
-                .into_iter()
-                .enumerate()
-                .filter(|(_, difference)| difference.is_of_body())
+        let of_body = Difference::ALL.into_iter().enumerate();
+        let of_body = of_body.filter(|(_, difference)| difference.is_of_body());
+        let around = |here: &(WalkModel, Vec<f64>), width: f64| {
+            of_body
+                .clone()
                 .flat_map(|(k, _)| [(k, -width), (k, width)])
-                .collect::<Vec<_>>()
-                .into_par_iter()
                 .map(|(k, size)| {
                     let mut moved = here.clone();
                     self.step(&mut moved, k, size);
-                    Ok(self.cost_alone(&moved)?.map(|cost| (cost, moved)))
+                    moved
                 })
-                .collect::<Result<Vec<_>, ModelError>>()?
-                .into_iter()
-                .flatten()
-                .min_by(|(a, _), (b, _)| a.total_cmp(b));
-            match best {
-                Some((lower, moved)) if lower < cost - SETTLED => (cost, here) = (lower, moved),
-                _ if width <= NARROWEST_POLL => break,
-                _ => width /= 2.0,
-            }
-        }
-        let polled = self.at(&here.0, &here.1)?;
+                .collect()
+        };
+        let (model, there) = POLL.search(start, cost, around, |moved| self.cost_alone(moved))?;
+        let polled = self.at(&model, &there)?;
         Ok(polled
             .filter(|polled| polled.cost < from.cost)
             .unwrap_or(from))

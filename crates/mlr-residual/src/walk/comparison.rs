@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Trace, WalkRecord,
+    Prediction, Trace, WalkRecord,
     usual::{Difference, difference},
 };
 
@@ -107,27 +107,23 @@ impl<'a> Comparison<'a> {
 
     /// Fits the usual differences, and as much of the `extra` traces as it takes, to what
     /// the prediction leaves on the fitted stretch. Extra traces cost nothing.
-    pub(crate) fn settle(
-        &self,
-        predicted_deg: &Axes<Vec<f64>>,
-        rest_dps: [f64; 3],
-        extra: &[Trace],
-    ) -> Settled {
-        self.settle_damped(predicted_deg, rest_dps, extra, FREE)
+    pub(crate) fn settle(&self, predicted: &Prediction, extra: &[Trace]) -> Settled {
+        self.settle_damped(predicted, extra, FREE)
     }
 
     /// The same, where each extra trace costs `damping` times its squared size: what the
     /// record hardly tells does not run away.
     pub(crate) fn settle_damped(
         &self,
-        predicted_deg: &Axes<Vec<f64>>,
-        rest_dps: [f64; 3],
+        predicted: &Prediction,
         extra: &[Trace],
         damping: f64,
     ) -> Settled {
-        let residual = difference(self.record.measured_deg(), predicted_deg);
+        let residual = difference(self.record.measured_deg(), &predicted.angles_deg);
         let rest_residual = self.record.rest_rate_dps().map(|rest| {
-            [0, 1, 2].map(|axis| (rest[axis] - rest_dps[axis]) / self.weights.rest_rate_dps)
+            [0, 1, 2].map(|axis| {
+                (rest[axis] - predicted.rest_rate_dps[axis]) / self.weights.rest_rate_dps
+            })
         });
         let traces: Vec<&Trace> = self.usual.iter().chain(extra).collect();
         let count = traces.len();
@@ -343,6 +339,14 @@ mod tests {
         WalkRecord::new(&recording, 2.0, true, 2.0, Some([0.4, 0.0, 0.0])).unwrap()
     }
 
+    /// What was measured, and the rates at rest.
+    fn perfect(record: &WalkRecord) -> Prediction {
+        Prediction {
+            angles_deg: record.measured_deg().clone(),
+            rest_rate_dps: [0.4, 0.0, 0.0],
+        }
+    }
+
     /// A trace that adds one degree of roll wherever the robot is.
     fn one_degree_of_roll(samples: usize, bias_dps: f64) -> Trace {
         Trace {
@@ -361,10 +365,14 @@ mod tests {
         let samples = record.times_s().len();
         let tilt = vec![one_degree_of_roll(samples, 0.0)];
         let comparison = Comparison::new(&record, ErrorWeights::default(), tilt, vec![0.0]);
-        let mut predicted = record.measured_deg().clone();
-        let exact = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]);
-        predicted.roll.iter_mut().for_each(|roll| *roll -= 2.0);
-        let off = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]);
+        let mut predicted = perfect(&record);
+        let exact = comparison.settle(&predicted, &[]);
+        predicted
+            .angles_deg
+            .roll
+            .iter_mut()
+            .for_each(|roll| *roll -= 2.0);
+        let off = comparison.settle(&predicted, &[]);
         assert!((off.sizes[0] - 2.0).abs() < 0.05, "{:?}", off.sizes);
         assert!(
             (off.cost - exact.cost - 4.0).abs() < 0.5,
@@ -379,11 +387,15 @@ mod tests {
     fn an_extra_trace_is_free() {
         let record = record();
         let comparison = Comparison::new(&record, ErrorWeights::default(), Vec::new(), Vec::new());
-        let mut predicted = record.measured_deg().clone();
-        let exact = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]);
-        predicted.roll.iter_mut().for_each(|roll| *roll -= 2.0);
+        let mut predicted = perfect(&record);
+        let exact = comparison.settle(&predicted, &[]);
+        predicted
+            .angles_deg
+            .roll
+            .iter_mut()
+            .for_each(|roll| *roll -= 2.0);
         let extra = [one_degree_of_roll(record.times_s().len(), 0.0)];
-        let off = comparison.settle(&predicted, [0.4, 0.0, 0.0], &extra);
+        let off = comparison.settle(&predicted, &extra);
         assert!((off.sizes[0] - 2.0).abs() < 1e-3, "{:?}", off.sizes);
         assert!((off.cost - exact.cost).abs() < 0.1);
     }
@@ -392,9 +404,13 @@ mod tests {
     fn rates_at_rest_count_beside_the_angles() {
         let record = record();
         let comparison = Comparison::new(&record, ErrorWeights::default(), Vec::new(), Vec::new());
-        let predicted = record.measured_deg().clone();
-        let with = comparison.settle(&predicted, [0.4, 0.0, 0.0], &[]).cost;
-        let without = comparison.settle(&predicted, [0.0; 3], &[]).cost;
+        let predicted = perfect(&record);
+        let with = comparison.settle(&predicted, &[]).cost;
+        let unbiased = Prediction {
+            rest_rate_dps: [0.0; 3],
+            ..predicted
+        };
+        let without = comparison.settle(&unbiased, &[]).cost;
         // 0.4 °/s are eight of the usual deviations.
         assert!((without - with - 64.0).abs() < 0.1, "{without} {with}");
     }

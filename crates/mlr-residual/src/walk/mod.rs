@@ -4,6 +4,7 @@ mod calibration;
 mod comparison;
 mod decomposition;
 mod model;
+mod poll;
 mod record;
 mod remainder;
 mod report;
@@ -28,6 +29,8 @@ pub use usual::UsualDifferences;
 
 pub(crate) use calibration::Calibration;
 pub(crate) use comparison::{Comparison, Settled};
+pub(crate) use model::Prediction;
+pub(crate) use poll::Poll;
 pub(crate) use trial::{Placed, Trial, Walker};
 pub(crate) use usual::Trace;
 

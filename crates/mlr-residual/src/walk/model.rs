@@ -80,4 +80,26 @@ impl WalkModel {
     ) -> Axes<Vec<f64>> {
         self.sensing.observe(body, self.clock, record, samples)
     }
+
+    /// The same, and its rates at rest.
+    pub(crate) fn predict(
+        &self,
+        body: &OrientationSeries,
+        record: &WalkRecord,
+        samples: usize,
+    ) -> Prediction {
+        Prediction {
+            angles_deg: self.observe(body, record, samples),
+            rest_rate_dps: self.sensing.rest_rate_dps(record),
+        }
+    }
+}
+
+/// What the sensor of a model reports.
+#[derive(Debug, Clone)]
+pub(crate) struct Prediction {
+    /// Roll, pitch and yaw at the samples of a record.
+    pub(crate) angles_deg: Axes<Vec<f64>>,
+    /// Rates while the robot stands, degrees per second about x, y, z.
+    pub(crate) rest_rate_dps: [f64; 3],
 }

@@ -1,11 +1,13 @@
 //! A model with effects, fitted to a record.
 
+use std::convert::Infallible;
+
 use mlr_filter::Axes;
 use mlr_model::Morphology;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::{Comparison, Settled, Trace, WalkModel, usual::difference};
+use super::{Comparison, Poll, Prediction, Settled, Trace, WalkModel};
 use crate::{
     Parameter,
     walk_effects::{Place, WalkEffect},
@@ -52,11 +54,13 @@ const STEP_SHARES: [f64; 3] = [1.0, 0.4, 0.15];
 const DAMPING: f64 = 0.01;
 /// Gain of a step below which a fit has settled.
 const SETTLED: f64 = 0.1;
-/// Width of the first poll of a rough fit, in steps of the parameters, the width below which
-/// it ends, and the most polls.
-const WIDEST_POLL: f64 = 8.0;
-const NARROWEST_POLL: f64 = 1.0;
-const MAX_POLLS: usize = 10;
+/// How a rough fit is searched, distances in steps of the parameters.
+const POLL: Poll = Poll {
+    widest: 8.0,
+    narrowest: 1.0,
+    least_gain: SETTLED,
+    most: 10,
+};
 /// 95 % quantile, two-sided, of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 
@@ -98,12 +102,11 @@ impl Walker<'_> {
         comparison: &Comparison<'_>,
         effects: &[Placed],
         samples: usize,
-    ) -> Option<(Axes<Vec<f64>>, [f64; 3])> {
+    ) -> Option<Prediction> {
         let model = self.with(effects);
         let walked = model.walk(self.morphology, comparison.record, samples);
         let body = walked.ok().flatten()?;
-        let observed = model.observe(&body, comparison.record, samples);
-        Some((observed, model.sensing.rest_rate_dps(comparison.record)))
+        Some(model.predict(&body, comparison.record, samples))
     }
 
     /// The cost of these effects on the fitted stretch, for a first look: the last one's
@@ -112,16 +115,16 @@ impl Walker<'_> {
     pub(crate) fn glance(
         &self,
         comparison: &Comparison<'_>,
-        without: &(Axes<Vec<f64>>, [f64; 3]),
+        without: &Prediction,
         mut effects: Vec<Placed>,
     ) -> Option<(f64, Vec<Placed>)> {
         let samples = comparison.record.fit().end;
-        let (observed, rest_dps) = self.predict(comparison, &effects, samples)?;
-        let whole = comparison.settle(&observed, rest_dps, &[]);
+        let with = self.predict(comparison, &effects, samples)?;
+        let whole = comparison.settle(&with, &[]);
         let last = effects.last_mut()?;
         let parameters = last.parameters(self.model);
-        let trace = Trace::between(without, &(observed, rest_dps));
-        let settled = comparison.settle(&without.0, without.1, std::slice::from_ref(&trace));
+        let trace = Trace::between(without, &with);
+        let settled = comparison.settle(without, std::slice::from_ref(&trace));
         let share = settled.sizes.last().copied().unwrap_or(1.0);
         let has_neutral = parameters.iter().all(|p| p.neutral.is_some());
         if !has_neutral || settled.cost >= whole.cost || !(0.02..=2.0).contains(&share) {
@@ -140,7 +143,7 @@ impl Walker<'_> {
         &self,
         comparison: &Comparison<'_>,
         effects: &[Placed],
-    ) -> Option<(Axes<Vec<f64>>, [f64; 3])> {
+    ) -> Option<Prediction> {
         self.predict(comparison, effects, comparison.record.fit().end)
     }
 
@@ -155,8 +158,8 @@ impl Walker<'_> {
     ) -> Option<Trial> {
         let samples = comparison.record.fit().end;
         let mut here = self.predict(comparison, &effects, samples)?;
-        let mut settled = comparison.settle(&here.0, here.1, &[]);
-        let mut last: Option<((Axes<Vec<f64>>, [f64; 3]), Vec<Trace>)> = None;
+        let mut settled = comparison.settle(&here, &[]);
+        let mut last: Option<(Prediction, Vec<Trace>)> = None;
         for _ in 0..MAX_STEPS {
             let free = free_parameters(&effects, first_free, self.model);
             if free.is_empty() {
@@ -175,7 +178,7 @@ impl Walker<'_> {
                 })
                 .collect();
             let Some(traces) = traces else { break };
-            let proposed = comparison.settle_damped(&here.0, here.1, &traces, DAMPING);
+            let proposed = comparison.settle_damped(&here, &traces, DAMPING);
             last = Some((here.clone(), traces));
             let sizes = &proposed.sizes[comparison.usual()..];
             let mut gain = 0.0;
@@ -187,7 +190,7 @@ impl Walker<'_> {
                 let Some(there) = self.predict(comparison, &tried, samples) else {
                     continue;
                 };
-                let settled_there = comparison.settle(&there.0, there.1, &[]);
+                let settled_there = comparison.settle(&there, &[]);
                 if settled_there.cost < settled.cost {
                     gain = settled.cost - settled_there.cost;
                     (effects, here, settled) = (tried, there, settled_there);
@@ -201,24 +204,22 @@ impl Walker<'_> {
         if settled.is_rough() {
             effects = self.polled(comparison, effects, first_free, settled.cost);
         }
-        let linear = last.map(|(from, traces)| comparison.settle(&from.0, from.1, &traces));
+        let linear = last.map(|(from, traces)| comparison.settle(&from, &traces));
         self.judge(comparison, effects, first_free, linear.as_ref())
     }
 
-    /// Values around these that cost less: each is moved up and down by so much, the best
-    /// move is made, and where none helps they become smaller. Robots that nearly tip over
-    /// answer in jumps, which no slope foretells.
+    /// Values around these that cost less. Robots that nearly tip over answer in jumps, which
+    /// no slope foretells.
     fn polled(
         &self,
         comparison: &Comparison<'_>,
-        mut effects: Vec<Placed>,
+        effects: Vec<Placed>,
         first_free: usize,
-        mut cost: f64,
+        cost: f64,
     ) -> Vec<Placed> {
         let samples = comparison.record.fit().end;
-        let mut width = WIDEST_POLL;
-        for _ in 0..MAX_POLLS {
-            let moves: Vec<Vec<Placed>> = free_parameters(&effects, first_free, self.model)
+        let around = |effects: &Vec<Placed>, width: f64| {
+            free_parameters(effects, first_free, self.model)
                 .iter()
                 .flat_map(|free| [-width, width].map(|by| (free, by * free.parameter.step)))
                 .map(|(free, by)| {
@@ -226,21 +227,15 @@ impl Walker<'_> {
                     free.set(&mut moved, by);
                     moved
                 })
-                .collect();
-            let best = moves
-                .into_par_iter()
-                .filter_map(|moved| {
-                    let there = self.predict(comparison, &moved, samples)?;
-                    Some((comparison.settle(&there.0, there.1, &[]).cost, moved))
-                })
-                .min_by(|(a, _), (b, _)| a.total_cmp(b));
-            match best {
-                Some((lower, moved)) if lower < cost - SETTLED => (cost, effects) = (lower, moved),
-                _ if width <= NARROWEST_POLL => break,
-                _ => width /= 2.0,
-            }
+                .collect()
+        };
+        let found: Result<_, Infallible> = POLL.search(effects, cost, around, |moved| {
+            let there = self.predict(comparison, moved, samples);
+            Ok(there.map(|there| comparison.settle(&there, &[]).cost))
+        });
+        match found {
+            Ok(effects) => effects,
         }
-        effects
     }
 
     /// Measures effects with values as they are on both stretches.
@@ -252,8 +247,8 @@ impl Walker<'_> {
         linear: Option<&Settled>,
     ) -> Option<Trial> {
         let record = comparison.record;
-        let (observed, rest_dps) = self.predict(comparison, &effects, record.times_s().len())?;
-        let settled = comparison.settle(&observed, rest_dps, &[]);
+        let predicted = self.predict(comparison, &effects, record.times_s().len())?;
+        let settled = comparison.settle(&predicted, &[]);
         let widths = half_widths(&effects, first_free, self.model, comparison.usual(), linear);
         Some(Trial {
             cost: settled.cost,
@@ -268,13 +263,6 @@ impl Walker<'_> {
 }
 
 impl Trace {
-    fn between(from: &(Axes<Vec<f64>>, [f64; 3]), to: &(Axes<Vec<f64>>, [f64; 3])) -> Self {
-        Self {
-            angles_deg: difference(&to.0, &from.0),
-            rest_rate_dps: [0, 1, 2].map(|axis| to.1[axis] - from.1[axis]),
-        }
-    }
-
     fn reverse(&mut self) {
         let axes = &mut self.angles_deg;
         for values in [&mut axes.roll, &mut axes.pitch, &mut axes.yaw] {

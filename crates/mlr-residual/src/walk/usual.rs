@@ -5,7 +5,7 @@ use mlr_model::{ModelError, Morphology};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{WalkModel, WalkRecord};
+use super::{Prediction, WalkModel, WalkRecord};
 
 /// Standard deviations of the usual differences between a robot and its description.
 /// They are fitted along with every effect, each at the price of its size, so that
@@ -269,8 +269,8 @@ impl NearbyWalks {
     }
 
     /// What the model's sensor reports over the whole record.
-    pub(crate) fn observed(&self, model: &WalkModel, record: &WalkRecord) -> Axes<Vec<f64>> {
-        model.observe(&self.body, record, record.times_s().len())
+    pub(crate) fn predicted(&self, model: &WalkModel, record: &WalkRecord) -> Prediction {
+        model.predict(&self.body, record, record.times_s().len())
     }
 
     /// The traces of all usual differences, in their order. One whose walk diverges
@@ -282,36 +282,29 @@ impl NearbyWalks {
         record: &WalkRecord,
     ) -> Vec<Trace> {
         let samples = record.times_s().len();
-        let plain = self.observed(model, record);
+        let plain = self.predicted(model, record);
         let of_body = |wanted: Difference| {
-            let walk = self
-                .changed
-                .iter()
-                .find(|(difference, _)| *difference == wanted);
+            let mut walks = self.changed.iter();
+            let walk = walks.find(|(difference, _)| *difference == wanted);
             walk.map_or_else(
-                || Axes::from_fn(|_| vec![0.0; samples]),
-                |(_, walk)| difference(&model.observe(walk, record, samples), &plain),
+                || Trace::of_angles(Axes::from_fn(|_| vec![0.0; samples])),
+                |(_, walk)| Trace::between(&plain, &model.predict(walk, record, samples)),
             )
         };
         let of_sensing = |wanted: Difference| {
             let mut changed = model.clone();
             wanted.apply(usual, 1.0, record, &mut changed);
-            let rest_dps = model.sensing.rest_rate_dps(record);
-            let changed_dps = changed.sensing.rest_rate_dps(record);
-            Trace {
-                angles_deg: difference(&self.observed(&changed, record), &plain),
-                rest_rate_dps: [0, 1, 2].map(|axis| changed_dps[axis] - rest_dps[axis]),
-            }
+            Trace::between(&plain, &self.predicted(&changed, record))
         };
         Difference::ALL
             .into_iter()
             .map(|wanted| {
                 if wanted.is_of_body() {
-                    Trace::of_angles(of_body(wanted))
+                    of_body(wanted)
                 } else if wanted.is_of_model() {
                     of_sensing(wanted)
                 } else {
-                    Trace::of_angles(usual.of_comparison(wanted, &plain, record))
+                    Trace::of_angles(usual.of_comparison(wanted, &plain.angles_deg, record))
                 }
             })
             .collect()
@@ -319,6 +312,14 @@ impl NearbyWalks {
 }
 
 impl Trace {
+    /// What leads from one prediction to another.
+    pub(crate) fn between(from: &Prediction, to: &Prediction) -> Self {
+        Self {
+            angles_deg: difference(&to.angles_deg, &from.angles_deg),
+            rest_rate_dps: [0, 1, 2].map(|axis| to.rest_rate_dps[axis] - from.rest_rate_dps[axis]),
+        }
+    }
+
     fn of_angles(angles_deg: Axes<Vec<f64>>) -> Self {
         Self {
             angles_deg,

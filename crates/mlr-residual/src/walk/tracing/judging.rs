@@ -90,13 +90,13 @@ impl<'a> Tracing<'a> {
     /// may be wrong with that leg is fitted in earnest.
     pub(super) fn round(&self, state: &State<'a>) -> Vec<Judged> {
         let broad = Screening::BROAD;
-        let mut judged = self.try_on(state, state.suspect(), broad, |_| true);
+        let mut judged = self.try_on(state, &state.suspect(), broad, |_| true);
         for leg in 0..state.morphology.legs() {
             let links = state.morphology.links(leg);
             if state.morphology.remaining(leg) < links {
                 let restored = state.morphology.clone().with_remaining(leg, links);
                 let on_leg = |last: &Placed| last.place.leg() == leg + 1;
-                judged.extend(self.try_on(state, self.suspect(restored), broad, on_leg));
+                judged.extend(self.try_on(state, &self.suspect(restored), broad, on_leg));
             }
         }
         sort(&mut judged);
@@ -110,7 +110,7 @@ impl<'a> Tracing<'a> {
                     |judged: &Judged| judged.placed().is_same(last) && judged.suspect == suspect;
                 last.place.leg() == leg && !judged.iter().any(is_there)
             };
-            let more = self.try_on(state, suspect.clone(), Screening::ONE_LEG, is_new);
+            let more = self.try_on(state, &suspect, Screening::ONE_LEG, is_new);
             judged.extend(more);
             sort(&mut judged);
         }
@@ -121,7 +121,7 @@ impl<'a> Tracing<'a> {
     fn try_on(
         &self,
         state: &State<'a>,
-        suspect: Suspect,
+        suspect: &Suspect,
         screening: Screening,
         is_wanted: impl Fn(&Placed) -> bool,
     ) -> Vec<Judged> {
@@ -147,7 +147,7 @@ impl<'a> Tracing<'a> {
             self.progress,
         )
         .into_iter()
-        .map(|trial| self.judge(state, &suspect, trial))
+        .map(|trial| self.judge(state, suspect, trial))
         .collect()
     }
 
