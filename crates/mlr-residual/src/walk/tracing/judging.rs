@@ -153,6 +153,12 @@ impl<'a> Tracing<'a> {
 
     fn judge(&self, state: &State<'a>, suspect: &Suspect, trial: Trial) -> Judged {
         let placed = trial.effects.last().expect("a trial has an effect");
+        // Another morphology than the one held must be far better, half of it on either
+        // stretch.
+        let switching = match suspect.morphology == state.morphology {
+            true => 0.0,
+            false => self.settings.switch_gain / 2.0,
+        };
         let parameters = placed
             .effect
             .parameters(placed.place, &state.calibration_model);
@@ -161,7 +167,8 @@ impl<'a> Tracing<'a> {
         Judged {
             price: self.settings.least_gain
                 + self.settings.price_per_parameter * parameters.len() as f64
-                + (places.len() as f64).ln(),
+                + (places.len() as f64).ln()
+                + switching,
             rarity: placed.effect.rarity(&placed.values),
             chance: self.chance(state, &trial),
             is_usual: placed.is_usual(&state.calibration_model),
