@@ -106,14 +106,9 @@ fn names_the_damaged_legs() {
 }
 
 #[test]
-fn names_the_damaged_legs_on_rough_ground_that_rises() {
-    assert_named(&["legs1-4-harsh"], Models::All);
-}
-
-#[test]
 #[ignore = "takes a minute: cargo test --release -- --ignored"]
 fn names_the_damaged_legs_of_robots_that_need_every_model() {
-    assert_named(&["leg2-lost", "legs4-5-lost"], Models::All);
+    assert_named(&["leg2-lost", "legs4-5-lost", "legs1-4-harsh"], Models::All);
 }
 
 fn assert_named(names: &[&str], models: Models) {

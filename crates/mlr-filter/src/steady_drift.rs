@@ -30,15 +30,12 @@ fn without_drift(times_s: &[f64], mut angles_deg: Vec<f64>, tolerance_deg: f64) 
     let mut drifted_deg = 0.0;
     let mut before_s = first_s;
     let mut renew_s = first_s;
-    let mut stretch_begin = 0;
     for (index, &time_s) in times_s.iter().enumerate() {
         if time_s >= renew_s {
             // The first stretch is looked at ahead of time: nothing is known before it.
             let end_s = time_s.max(first_s + STRAIGHT_S);
-            while times_s[stretch_begin] < end_s - STRAIGHT_S {
-                stretch_begin += 1;
-            }
-            let stretch = stretch_begin..times_s.partition_point(|t| *t <= end_s);
+            let begin = times_s.partition_point(|t| *t < end_s - STRAIGHT_S);
+            let stretch = begin..times_s.partition_point(|t| *t <= end_s);
             let line = Line::through(&times_s[stretch.clone()], &measured_deg[stretch]);
             if line.error < tolerance_deg {
                 rate_dps = line.slope;
@@ -87,6 +84,8 @@ impl Line {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn times_s() -> Vec<f64> {
@@ -127,5 +126,24 @@ mod tests {
     fn a_walk_from_the_first_sample_on_is_left_alone() {
         let walk: Vec<f64> = times_s().iter().map(|t| (6.0 * t).sin()).collect();
         assert_eq!(without_drift(&times_s(), walk.clone(), 0.02), walk);
+    }
+
+    proptest! {
+        #[test]
+        fn a_straight_line_of_any_length_is_nothing(
+            first_s in -1e6..1e6_f64,
+            steps_s in prop::collection::vec(1e-3..0.3_f64, 0..200),
+            rate_dps in -20.0..20.0_f64,
+        ) {
+            let mut times_s = vec![first_s];
+            for step_s in steps_s {
+                times_s.push(times_s[times_s.len() - 1] + step_s);
+            }
+            let line = times_s.iter().map(|t| rate_dps * (t - first_s)).collect();
+            let without = without_drift(&times_s, line, 0.02);
+            let enough = times_s.iter().filter(|t| **t <= first_s + STRAIGHT_S).count() >= 3;
+            let moved = without.iter().any(|angle_deg| angle_deg.abs() > 1e-3);
+            prop_assert!(!enough || !moved, "{without:?}");
+        }
     }
 }

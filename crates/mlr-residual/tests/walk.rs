@@ -13,10 +13,10 @@ use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// What a healthy robot with these faults reports, with 0.02° of noise, standing for a
-/// second and walking for six.
+/// second and walking for four.
 fn recorded(faults: Vec<Fault>) -> OrientationSeries {
     let settings = SimulationSettings {
-        duration_s: 6.4,
+        duration_s: 4.4,
         stand_s: 1.0,
         faults,
         ..SimulationSettings::default()

@@ -89,32 +89,45 @@ impl<'a> Tracing<'a> {
     /// not do its part passes for a lost one. Where the best is a fault of a leg, all that
     /// may be wrong with that leg is fitted in earnest.
     pub(super) fn round(&self, state: &State<'a>) -> Vec<Judged> {
-        let broad = Screening::BROAD;
-        let mut judged = self.try_on(state, &state.suspect(), broad, |_| true);
-        for leg in 0..state.morphology.legs() {
-            let links = state.morphology.links(leg);
-            if state.morphology.remaining(leg) < links {
-                let restored = state.morphology.clone().with_remaining(leg, links);
-                let on_leg = |last: &Placed| last.place.leg() == leg + 1;
-                judged.extend(self.try_on(state, &self.suspect(restored), broad, on_leg));
-            }
+        let mut judged = self.try_on(state, &state.suspect(), Screening::BROAD, |_| true);
+        for (leg, restored) in self.with_a_leg_restored(state) {
+            let on_leg = |last: &Placed| last.place.leg() == leg + 1;
+            judged.extend(self.try_on(state, &restored, Screening::BROAD, on_leg));
         }
         sort(&mut judged);
-        let first = judged.first().filter(|first| first.is_accepted());
-        if let Some((leg, suspect)) = first
-            .map(|first| (first.placed().place.leg(), first.suspect.clone()))
-            .filter(|(leg, _)| *leg > 0)
-        {
-            let is_new = |last: &Placed| {
-                let is_there =
-                    |judged: &Judged| judged.placed().is_same(last) && judged.suspect == suspect;
-                last.place.leg() == leg && !judged.iter().any(is_there)
-            };
-            let more = self.try_on(state, &suspect, Screening::ONE_LEG, is_new);
-            judged.extend(more);
-            sort(&mut judged);
-        }
+        let more = self.rest_of_leg_at_fault(state, &judged);
+        judged.extend(more);
+        sort(&mut judged);
         judged
+    }
+
+    /// Each damaged leg, from 0, and the robot with that leg whole.
+    fn with_a_leg_restored(&self, state: &State<'a>) -> Vec<(usize, Suspect)> {
+        let held = &state.morphology;
+        (0..held.legs())
+            .filter(|leg| held.remaining(*leg) < held.links(*leg))
+            .map(|leg| {
+                let restored = held.clone().with_remaining(leg, held.links(leg));
+                (leg, self.suspect(restored))
+            })
+            .collect()
+    }
+
+    /// What has not been tried of the leg that the best of those judged puts at fault.
+    fn rest_of_leg_at_fault(&self, state: &State<'a>, judged: &[Judged]) -> Vec<Judged> {
+        let Some(first) = judged.first().filter(|first| first.is_accepted()) else {
+            return Vec::new();
+        };
+        let (leg, suspect) = (first.placed().place.leg(), &first.suspect);
+        if leg == 0 {
+            return Vec::new();
+        }
+        let is_new = |last: &Placed| {
+            let is_there =
+                |judged: &Judged| judged.placed().is_same(last) && judged.suspect == *suspect;
+            last.place.leg() == leg && !judged.iter().any(is_there)
+        };
+        self.try_on(state, suspect, Screening::ONE_LEG, is_new)
     }
 
     /// Every effect that a suspect may have and that is wanted.
