@@ -100,13 +100,8 @@ fn explaining_thread(process: u32) -> (String, u64) {
         .map(|task| fs::read_to_string(task.unwrap().path().join("stat")).unwrap())
         .find(|stat| stat.contains("(explain-0)"))
         .unwrap();
-    // Fields 14 and 19 of proc(5), counted after the name in brackets.
-    let fields: Vec<&str> = stat
-        .rsplit(')')
-        .next()
-        .unwrap()
-        .split_whitespace()
-        .collect();
+    // Fields 14 and 19 of proc(5).
+    let fields = daemon::stat_fields(&stat);
     (fields[16].into(), fields[11].parse().unwrap())
 }
 

@@ -30,15 +30,9 @@ struct Usage {
 
 impl Usage {
     fn of(process: u32) -> Self {
-        // Fields 14 and 15 of proc(5), counted after the name in brackets: clock
-        // ticks of 10 ms in user and kernel mode.
+        // Fields 14 and 15 of proc(5): clock ticks of 10 ms in user and kernel mode.
         let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
-        let fields: Vec<&str> = stat
-            .rsplit(')')
-            .next()
-            .unwrap()
-            .split_whitespace()
-            .collect();
+        let fields = daemon::stat_fields(&stat);
         let ticks: f64 = fields[11..13]
             .iter()
             .map(|f| f.parse::<f64>().unwrap())

@@ -92,9 +92,7 @@ impl<'a> Calibration<'a> {
             model: best.model,
         }))
     }
-}
 
-impl<'a> Calibration<'a> {
     /// The cost of a model with effects when the usual differences are fitted in a
     /// straight line: a first look. `None` when it diverges.
     ///

@@ -347,6 +347,14 @@ mod tests {
         }
     }
 
+    /// The same with two degrees of roll too few.
+    fn two_degrees_off(record: &WalkRecord) -> Prediction {
+        let mut predicted = perfect(record);
+        let roll_deg = predicted.angles_deg.roll.iter_mut();
+        roll_deg.for_each(|roll| *roll -= 2.0);
+        predicted
+    }
+
     /// A trace that adds one degree of roll wherever the robot is.
     fn one_degree_of_roll(samples: usize, bias_dps: f64) -> Trace {
         Trace {
@@ -365,14 +373,8 @@ mod tests {
         let samples = record.times_s().len();
         let tilt = vec![one_degree_of_roll(samples, 0.0)];
         let comparison = Comparison::new(&record, ErrorWeights::default(), tilt, vec![0.0]);
-        let mut predicted = perfect(&record);
-        let exact = comparison.settle(&predicted, &[]);
-        predicted
-            .angles_deg
-            .roll
-            .iter_mut()
-            .for_each(|roll| *roll -= 2.0);
-        let off = comparison.settle(&predicted, &[]);
+        let exact = comparison.settle(&perfect(&record), &[]);
+        let off = comparison.settle(&two_degrees_off(&record), &[]);
         assert!((off.sizes[0] - 2.0).abs() < 0.05, "{:?}", off.sizes);
         assert!(
             (off.cost - exact.cost - 4.0).abs() < 0.5,
@@ -387,15 +389,9 @@ mod tests {
     fn an_extra_trace_is_free() {
         let record = record();
         let comparison = Comparison::new(&record, ErrorWeights::default(), Vec::new(), Vec::new());
-        let mut predicted = perfect(&record);
-        let exact = comparison.settle(&predicted, &[]);
-        predicted
-            .angles_deg
-            .roll
-            .iter_mut()
-            .for_each(|roll| *roll -= 2.0);
+        let exact = comparison.settle(&perfect(&record), &[]);
         let extra = [one_degree_of_roll(record.times_s().len(), 0.0)];
-        let off = comparison.settle(&predicted, &extra);
+        let off = comparison.settle(&two_degrees_off(&record), &extra);
         assert!((off.sizes[0] - 2.0).abs() < 1e-3, "{:?}", off.sizes);
         assert!((off.cost - exact.cost).abs() < 0.1);
     }

@@ -115,3 +115,13 @@ pub(crate) fn plug_in(link: &Path, target: &str) {
     let _ = std::fs::remove_file(link);
     std::os::unix::fs::symlink(target, link).unwrap();
 }
+
+/// The fields of a `stat` of proc(5) from the third on: those before it are the number and
+/// the name, which may hold blanks.
+pub(crate) fn stat_fields(stat: &str) -> Vec<&str> {
+    stat.rsplit(')')
+        .next()
+        .unwrap()
+        .split_whitespace()
+        .collect()
+}

@@ -149,7 +149,7 @@ impl<'a> Tracing<'a> {
     }
 
     pub(super) fn decomposed(&self, state: &State<'a>) -> ByAxis {
-        let period_s = state.walker().with(&state.trial.effects).gait.period_s;
+        let period_s = state.model().gait.period_s;
         decompose(self.record, &state.trial.residual_deg, period_s).into()
     }
 

@@ -175,8 +175,8 @@ impl<'a> Tracing<'a> {
         let parameters = placed
             .effect
             .parameters(placed.place, &state.calibration_model);
-        let model = state.walker().with(&state.trial.effects);
-        let places = placed.effect.places(&model.robot, &suspect.morphology);
+        let robot = state.model().robot;
+        let places = placed.effect.places(&robot, &suspect.morphology);
         Judged {
             price: self.settings.least_gain
                 + self.settings.price_per_parameter * parameters.len() as f64
@@ -246,23 +246,17 @@ impl<'a> Tracing<'a> {
         Ok(contenders)
     }
 
+    /// A candidate as it is with the model calibrated around it.
     fn calibrated_contender(
         &self,
         before: &State<'a>,
         judged: &Judged,
         state: State<'a>,
     ) -> Contender<'a> {
-        let trial = state.trial.clone();
         Contender {
             judged: Judged {
-                gain: gains(before, &trial),
-                chance: self.chance(before, &trial),
-                is_usual: trial
-                    .effects
-                    .last()
-                    .is_some_and(|last| last.is_usual(&state.calibration_model)),
-                trial,
-                ..judged.clone()
+                rarity: judged.rarity,
+                ..self.judge(before, &judged.suspect, state.trial.clone())
             },
             state,
         }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ComparisonSettings, StretchErrors, Trial, UsualRemainder, WalkError, WalkExplanation,
-    WalkModel, WalkRecord, Walker, remainder::remainder,
+    WalkModel, WalkRecord, remainder::remainder,
 };
 use crate::Progress;
 
@@ -122,7 +122,7 @@ pub fn explain_walk(
         let with_best = &best.state;
         let found = with_best.trial.effects.clone();
         let mut again = vec![with_best.suspect()];
-        again.extend(search.with_effects(&with_best.walker().with(&found)));
+        again.extend(search.with_effects(&with_best.model()));
         again.extend_from_slice(suspects);
         again.extend(tracing.neighbours(&with_best.morphology));
         dedup(&mut again);
@@ -133,12 +133,7 @@ pub fn explain_walk(
         effects.push(locked);
     }
     let residual_after = tracing.decomposed(&state);
-    let model = Walker {
-        model: &state.calibration_model,
-        morphology: &state.morphology,
-    }
-    .with(&state.trial.effects);
-    let left = remainder(record, &model, &residual_after, &settings.remainder);
+    let left = remainder(record, &state.model(), &residual_after, &settings.remainder);
     candidates.retain(|judged| !effects.iter().any(|effect| effect.kind == judged.kind()));
     let mut warnings = Vec::new();
     if record.standing().is_empty() {

@@ -77,24 +77,20 @@ pub(crate) fn starts(
     kinds: &[&'static dyn WalkEffect],
 ) -> Vec<Vec<Placed>> {
     let model = walker.with(found);
-    let is_there = |effect: &dyn WalkEffect, place: Place| {
-        let same = |placed: &Placed| placed.effect.kind() == effect.kind() && placed.place == place;
-        found.iter().any(same)
-    };
     let mut starts = Vec::new();
     for effect in kinds.iter().copied() {
         for place in effect.places(&model.robot, walker.morphology) {
-            if is_there(effect, place) {
-                continue;
-            }
             for values in effect.starts(place, &model, comparison.record) {
-                let mut effects = found.to_vec();
-                effects.push(Placed {
+                let start = Placed {
                     effect,
                     place,
                     values,
-                });
-                starts.push(effects);
+                };
+                if !found.iter().any(|placed| placed.is_same(&start)) {
+                    let mut effects = found.to_vec();
+                    effects.push(start);
+                    starts.push(effects);
+                }
             }
         }
     }

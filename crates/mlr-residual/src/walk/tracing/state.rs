@@ -44,6 +44,11 @@ impl State<'_> {
         }
     }
 
+    /// The calibrated model with the effects found.
+    pub(super) fn model(&self) -> WalkModel {
+        self.walker().with(&self.trial.effects)
+    }
+
     pub(super) fn suspect(&self) -> Suspect {
         Suspect {
             morphology: self.morphology.clone(),
