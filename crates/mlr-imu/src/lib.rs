@@ -21,6 +21,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod dead_reckoning;
 pub mod frames;
 mod fusion;
 mod log;
