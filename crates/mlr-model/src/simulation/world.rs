@@ -1,17 +1,20 @@
 //! The damaged robot as a rapier3d multibody on its ground.
 
 use mlr_filter::Axes;
-use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use super::{LostLinks, Simulator, contacts, leg_state::LegState, servo_state::ServoState};
+use super::{
+    LostLinks, Simulator, contacts, heading_frame::HeadingFrame, leg_state::LegState,
+    servo_state::ServoState,
+};
 use crate::{
     Fault, JointAxis, JointCommands, Morphology, kinematics,
     robot::{ContactShape, Link, rotation_about},
 };
 
 /// Gravity, m/s² along z.
-const GRAVITY: f32 = -9.81;
+const GRAVITY_MPS2: f64 = -9.81;
 /// Rapier's tolerances are made for objects of a metre; this robot's are a tenth.
 const LENGTH_UNIT: f32 = 0.1;
 
@@ -20,6 +23,9 @@ pub(super) struct World<'a> {
     /// Time from a command to its effect.
     latency_s: f64,
     legs: Vec<LegState<'a>>,
+    frame: HeadingFrame,
+    /// What pulls at the body, in the world.
+    pull_n: Vector3<f64>,
     time_step_s: f64,
     pipeline: PhysicsPipeline,
     parameters: IntegrationParameters,
@@ -95,7 +101,7 @@ impl<'a> World<'a> {
         }
         world.legs = legs;
         world.set_stance(&simulator.commands);
-        world.pull(faults);
+        world.pull();
         world
     }
 
@@ -104,6 +110,8 @@ impl<'a> World<'a> {
         let mut world = Self {
             latency_s: simulator.robot.servo().latency_s,
             legs: Vec::new(),
+            frame: HeadingFrame::new(&settings.terrain, simulator.follows_heading),
+            pull_n: pull_n(&settings.faults),
             time_step_s: settings.time_step_s,
             pipeline: PhysicsPipeline::new(),
             parameters: IntegrationParameters {
@@ -223,22 +231,58 @@ impl<'a> World<'a> {
         multibody.update_rigid_bodies(&mut self.bodies, true);
     }
 
-    /// Lets external forces pull at the body for as long as the world lasts.
-    fn pull(&mut self, faults: &[Fault]) {
-        for fault in faults {
-            if let Fault::ExternalForce { force_n } = fault {
-                let [x, y, z] = force_n.map(|newtons| newtons as f32);
-                self.bodies[self.body].add_force(Vector::new(x, y, z), true);
+    /// Lets external forces pull at the body until they are set again.
+    fn pull(&mut self) {
+        let pull_n = to_vector(&self.frame.in_frame(&self.pull_n));
+        let body = &mut self.bodies[self.body];
+        body.reset_forces(true);
+        body.add_force(pull_n, true);
+    }
+
+    /// Turns the frame of the physics after the robot.
+    fn follow_heading(&mut self) {
+        let Some(turned) = self.frame.follow(&self.pose()) else {
+            return;
+        };
+        let turned = to_rotation(&turned);
+        let body = &mut self.bodies[self.body];
+        let old = *body.position();
+        body.set_position(
+            Pose::from_parts(old.translation, turned * old.rotation),
+            true,
+        );
+        self.pull();
+        let Some(multibody) = self
+            .multibody
+            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
+        else {
+            let body = &mut self.bodies[self.body];
+            let (linear, angular) = (body.linvel(), body.angvel());
+            body.set_linvel(turned * linear, true);
+            body.set_angvel(turned * angular, true);
+            return;
+        };
+        // The free body's velocity comes first: linear, then angular.
+        let mut velocity = multibody.generalized_velocity_mut();
+        for first in [0, 3] {
+            let old = Vector::new(velocity[first], velocity[first + 1], velocity[first + 2]);
+            let new = turned * old;
+            for (index, value) in [new.x, new.y, new.z].into_iter().enumerate() {
+                velocity[first + index] = value;
             }
         }
+        multibody.forward_kinematics(&self.bodies, true);
+        multibody.update_rigid_bodies(&mut self.bodies, true);
     }
 
     /// Drives the servos with the commands of gait time `time_s` and advances by
     /// one time step. Returns whether the state is still finite.
     pub(super) fn step(&mut self, commands: &JointCommands, time_s: f64) -> bool {
+        self.follow_heading();
         self.drive_servos(commands, time_s - self.latency_s);
+        let gravity_mps2 = self.frame.in_frame(&(GRAVITY_MPS2 * Vector3::z()));
         self.pipeline.step(
-            Vector::new(0.0, 0.0, GRAVITY),
+            to_vector(&gravity_mps2),
             &self.parameters,
             &mut self.islands,
             &mut self.broad_phase,
@@ -284,10 +328,21 @@ impl<'a> World<'a> {
         }
     }
 
+    /// The body's in the frame of the physics.
+    fn pose(&self) -> Isometry3<f64> {
+        let pose = self.bodies[self.body].position();
+        let (p, q) = (pose.translation, pose.rotation);
+        let [x, y, z, w] = [q.x, q.y, q.z, q.w].map(f64::from);
+        Isometry3::from_parts(
+            [p.x, p.y, p.z].map(f64::from).into(),
+            UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
+        )
+    }
+
     /// Roll, pitch and yaw of the body, yaw within ±π.
     pub(super) fn roll_pitch_yaw_rad(&self) -> Axes<f64> {
-        let rotation = self.bodies[self.body].position().rotation;
-        let [x, y, z, w] = [rotation.x, rotation.y, rotation.z, rotation.w].map(f64::from);
+        let attitude = self.frame.to_world().rotation * self.pose().rotation;
+        let [x, y, z, w] = attitude.coords.into();
         let sin_pitch = 2.0 * (w * y - z * x);
         Axes {
             roll: libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
@@ -297,8 +352,10 @@ impl<'a> World<'a> {
     }
 
     pub(super) fn position_m(&self) -> [f64; 3] {
-        let position = self.bodies[self.body].position().translation;
-        [position.x, position.y, position.z].map(f64::from)
+        (self.frame.to_world() * self.pose())
+            .translation
+            .vector
+            .into()
     }
 
     /// Normal force of the ground on the body (first) and on each leg.
@@ -316,11 +373,14 @@ impl<'a> World<'a> {
     }
 
     pub(super) fn energy_j(&self) -> f64 {
+        let up = self.frame.in_frame(&Vector3::z());
         self.bodies
             .iter()
             .map(|(_, part)| {
-                let height_m = f64::from(part.center_of_mass().z);
-                let weight_n = f64::from(part.mass()) * -f64::from(GRAVITY);
+                let center = part.center_of_mass();
+                let center_m = Vector3::from([center.x, center.y, center.z].map(f64::from));
+                let height_m = up.dot(&center_m);
+                let weight_n = f64::from(part.mass()) * -GRAVITY_MPS2;
                 f64::from(part.kinetic_energy()) + weight_n * height_m
             })
             .sum()
@@ -332,6 +392,15 @@ impl<'a> World<'a> {
             .map(|joint| joint.servo.torque_nm())
             .collect()
     }
+}
+
+/// The sum of all pulls at the body, in the world.
+fn pull_n(faults: &[Fault]) -> Vector3<f64> {
+    let pulls = faults.iter().filter_map(|fault| match fault {
+        Fault::ExternalForce { force_n } => Some(Vector3::from(*force_n)),
+        _ => None,
+    });
+    pulls.sum()
 }
 
 /// Parallel to the ground at the origin, the lowest contact just above it.
@@ -385,12 +454,20 @@ fn outer_end(link: &Link) -> Isometry3<f64> {
     Isometry3::translation(link.length_m, 0.0, 0.0)
 }
 
+fn to_vector(vector: &Vector3<f64>) -> Vector {
+    let [x, y, z] = vector.cast::<f32>().into();
+    Vector::new(x, y, z)
+}
+
+fn to_rotation(rotation: &UnitQuaternion<f64>) -> Rotation {
+    let [x, y, z, w] = rotation.coords.cast::<f32>().into();
+    Rotation::from_xyzw(x, y, z, w)
+}
+
 fn to_pose(isometry: &Isometry3<f64>) -> Pose {
-    let translation: Vector3<f32> = isometry.translation.vector.cast();
-    let rotation = isometry.rotation.quaternion().coords.cast::<f32>();
     Pose::from_parts(
-        Vector::new(translation.x, translation.y, translation.z),
-        Rotation::from_xyzw(rotation.x, rotation.y, rotation.z, rotation.w),
+        to_vector(&isometry.translation.vector),
+        to_rotation(&isometry.rotation),
     )
 }
 
