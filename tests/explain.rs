@@ -1,5 +1,5 @@
-//! The whole loop on a stand-in log: a healthy robot whose sensor is mounted at an
-//! angle that nothing in the log declares. The truth is read by the assertions only.
+//! The whole loop on stand-in logs with something in them that nothing declares. The truth
+//! is read by the assertions only.
 //!
 //! `cargo test --release -p mlr-golden-tests --test explain -- --ignored`
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
@@ -8,12 +8,11 @@ use mlr_ga::{ExplainSettings, IdentifySettings, Model, Search, explain};
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, read_log_with_raw};
 use mlr_model::{Gait, Robot};
-use mlr_residual::walk::{Reported, TracingSettings};
+use mlr_residual::walk::{Reported, TracingSettings, WalkExplanation};
 
-#[test]
-#[ignore = "identifies twice and traces once: a minute; crates/mlr-residual/tests/walk.rs traces in less"]
-fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
-    let log = data("logs/stand-in/undeclared-c.csv.gz");
+/// The explanation of a log, and the truth about it.
+fn explained(name: &str) -> (WalkExplanation, serde_json::Value) {
+    let log = data(&format!("logs/stand-in/{name}.csv.gz"));
     let (recording, raw) = read_log_with_raw(&log, &Columns::default()).unwrap();
     assert!(raw.is_some(), "the log has raw samples beside its angles");
     let (robot, gait) = (Robot::jethexa(), Gait::tripod());
@@ -34,11 +33,22 @@ fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
         seed: 1,
     };
     let found = explain(&recording, raw.as_ref(), model, how, &()).unwrap();
-    let explanation = &found.explanation;
-
     let text = std::fs::read_to_string(data("logs/stand-in/truth.json")).unwrap();
-    let truth: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let truth = &truth["undeclared-c"];
+    let mut truth: serde_json::Value = serde_json::from_str(&text).unwrap();
+    (found.explanation, truth[name].take())
+}
+
+fn quantity(reported: &Reported) -> f64 {
+    match reported {
+        Reported::Quantity(value) => *value,
+        other => panic!("{other:?} is no quantity"),
+    }
+}
+
+#[test]
+#[ignore = "identifies twice and traces once: a minute; crates/mlr-residual/tests/walk.rs traces in less"]
+fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
+    let (explanation, truth) = explained("undeclared-c");
     assert_eq!(truth["effect"], "imu_misalignment");
     let tilt_deg = |axis: usize| truth["plant"]["mis_deg"][axis].as_f64().unwrap();
 
@@ -54,9 +64,7 @@ fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
     assert!(kinds.contains(&"slope"), "{kinds:?}");
     if effect.kind == "imu_misalignment" {
         for (axis, name) in ["roll_deg", "pitch_deg"].into_iter().enumerate() {
-            let Reported::Quantity(found_deg) = effect.parameters[name] else {
-                panic!("{:?}", effect.parameters);
-            };
+            let found_deg = quantity(&effect.parameters[name]);
             assert!(
                 (found_deg - tilt_deg(axis)).abs() < 0.5,
                 "{name} {found_deg}"
@@ -66,4 +74,25 @@ fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
     let (before, after) = (explanation.error_before, explanation.error_after);
     assert!(after.validation_deg < 0.2 * before.validation_deg);
     assert!(!explanation.unexplained, "{:?}", explanation.residual);
+}
+
+#[test]
+#[ignore = "identifies twice and traces once: a minute; crates/mlr-residual/tests/walk.rs traces in less"]
+fn slippery_ground_is_found_under_a_robot_that_lost_two_legs() {
+    let (explanation, truth) = explained("undeclared-b");
+    assert_eq!(truth["effect"], "friction");
+    let mu = truth["mu"].as_f64().unwrap();
+
+    assert_eq!(explanation.damaged_legs, [4, 5]);
+    let [effect] = &explanation.effects[..] else {
+        panic!("{:?}", explanation.effects);
+    };
+    assert_eq!(effect.kind, "friction");
+    let found_mu = quantity(&effect.parameters["mu"]);
+    assert!((found_mu / mu).ln().abs() < 0.5, "{found_mu}");
+    let (before, after) = (
+        explanation.error_calibrated.validation_deg,
+        explanation.error_after.validation_deg,
+    );
+    assert!(after < 0.9 * before, "{before} {after}");
 }

@@ -1,5 +1,7 @@
 //! From a recording to what the model of its robot lacks.
 
+mod reckoning;
+
 use mlr_filter::OrientationSeries;
 use mlr_imu::RawSeries;
 use mlr_model::{LegLayout, Morphology};
@@ -65,6 +67,8 @@ pub struct ExplainSettings<'a> {
 
 /// Morphologies that are weighed against the one identified.
 const SUSPECTS: usize = 16;
+/// A robot was damaged already if its damaged legs are told with this probability.
+const SURE: f64 = 0.9;
 /// A robot is at rest until so long before its walk is seen to start.
 const MARGIN_S: f64 = 0.1;
 /// Standing longer ago than this before the walk tells nothing of the sensor now.
@@ -92,19 +96,19 @@ pub fn explain(
         seed,
     } = settings;
     let Model { robot, gait, .. } = model;
-    let measured = MeasuredWalk::new(recording.clone(), gait, identify_settings)?;
-    let start_s = virtual_start_s(&measured, gait)?;
-    let walk_start_s = measured.start().start_s;
-    let rest_rate_dps = raw
-        .and_then(|raw| raw.rest_rate_radps(walk_start_s - REST_S, walk_start_s - MARGIN_S))
-        .map(|rate| [rate.x, rate.y, rate.z].map(f64::to_degrees));
-    let record = WalkRecord::new(
-        measured.recording(),
-        start_s,
-        identify_settings.motion_start_s.is_some(),
-        measured.window().start_s,
-        rest_rate_dps,
-    )?;
+    let mut measured = MeasuredWalk::new(recording.clone(), gait, identify_settings)?;
+    let from_the_start = IdentifySettings {
+        from_s: Some(measured.start().start_s),
+        ..identify_settings.clone()
+    };
+    let was_damaged_before = was_damaged_before(&measured, model, &from_the_start, search, seed);
+    let identify_settings = if was_damaged_before {
+        measured = MeasuredWalk::new(recording.clone(), gait, &from_the_start)?;
+        &from_the_start
+    } else {
+        identify_settings
+    };
+    let record = record(&measured, raw, gait, identify_settings)?;
     // A recording that cannot be explained need not be searched first.
     let identification = identify(
         recording.clone(),
@@ -124,7 +128,7 @@ pub fn explain(
     let again = Again {
         recording,
         settings: identify_settings,
-        walk_start_s,
+        walk_start_s: measured.start().start_s,
         seed,
     };
     let explanation = explain_walk(&record, &nominal, &suspects, &again, tracing, progress)?;
@@ -132,6 +136,60 @@ pub fn explain(
         identification,
         explanation,
     })
+}
+
+/// The walk to be explained: as integrated from the raw rates where they are known, the log
+/// shows the robot standing, and they turn as the recording does; else as recorded.
+fn record(
+    measured: &MeasuredWalk,
+    raw: Option<&RawSeries>,
+    gait: &mlr_model::Gait,
+    settings: &IdentifySettings,
+) -> Result<WalkRecord, ExplainError> {
+    let start_s = virtual_start_s(measured, gait)?;
+    let walk_start_s = measured.start().start_s;
+    let rest_s = walk_start_s - REST_S..walk_start_s - MARGIN_S;
+    let rest_rate_dps = raw
+        .and_then(|raw| raw.rest_rate_radps(rest_s.start, rest_s.end))
+        .map(|rate| [rate.x, rate.y, rate.z].map(f64::to_degrees));
+    let record = |recording| {
+        WalkRecord::new(
+            recording,
+            start_s,
+            settings.motion_start_s.is_some(),
+            measured.window().start_s,
+            rest_rate_dps,
+        )
+    };
+    let stands_first = matches!(measured.phase(), GaitPhase::Start) && rest_rate_dps.is_some();
+    let reckoned = raw
+        .filter(|_| stands_first)
+        .and_then(|raw| reckoning::dead_reckoned(raw, measured.recording(), rest_s));
+    Ok(match &reckoned {
+        Some(reckoned) => record(reckoned)?.dead_reckoned(),
+        None => record(measured.recording())?,
+    })
+}
+
+/// Whether the robot was damaged all along where the swing of its walk changed later, as if
+/// damage had struck then. `from_the_start` are the settings that look at the whole walk.
+fn was_damaged_before(
+    measured: &MeasuredWalk,
+    model: Model<'_>,
+    from_the_start: &IdentifySettings,
+    search: Search,
+    seed: u64,
+) -> bool {
+    let GaitPhase::Elapsed { since_start_s } = measured.phase() else {
+        return false;
+    };
+    let before = IdentifySettings {
+        window_s: since_start_s.min(from_the_start.window_s),
+        ..from_the_start.clone()
+    };
+    let recording = measured.recording().clone();
+    identify(recording, model, &before, search, seed, &())
+        .is_ok_and(|found| !found.damaged_legs.is_empty() && found.legs_probability > SURE)
 }
 
 /// When the walk of a robot that was damaged from the beginning would have started: with

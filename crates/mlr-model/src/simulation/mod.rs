@@ -3,6 +3,7 @@
 mod contacts;
 mod heading_frame;
 mod leg_state;
+mod rigid_mass;
 mod servo_state;
 mod settings;
 mod trajectory;

@@ -1,16 +1,19 @@
 //! The damaged robot as a rapier3d multibody on its ground.
 
 use mlr_filter::Axes;
-use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use super::{
-    LostLinks, Simulator, contacts, heading_frame::HeadingFrame, leg_state::LegState,
+    LostLinks, Simulator, contacts,
+    heading_frame::HeadingFrame,
+    leg_state::LegState,
+    rigid_mass::{RigidMass, outer_end},
     servo_state::ServoState,
 };
 use crate::{
     Fault, JointAxis, JointCommands, Morphology, kinematics,
-    robot::{ContactShape, Link, rotation_about},
+    robot::{ContactShape, rotation_about},
 };
 
 /// Gravity, m/s² along z.
@@ -450,10 +453,6 @@ fn hinge_frame(axis: JointAxis) -> Isometry3<f64> {
     )
 }
 
-fn outer_end(link: &Link) -> Isometry3<f64> {
-    Isometry3::translation(link.length_m, 0.0, 0.0)
-}
-
 fn to_vector(vector: &Vector3<f64>) -> Vector {
     let [x, y, z] = vector.cast::<f32>().into();
     Vector::new(x, y, z)
@@ -469,71 +468,4 @@ fn to_pose(isometry: &Isometry3<f64>) -> Pose {
         to_vector(&isometry.translation.vector),
         to_rotation(&isometry.rotation),
     )
-}
-
-/// Mass, centre of mass and inertia about it of a rigid part, in its own frame.
-struct RigidMass {
-    mass_kg: f64,
-    center_m: Vector3<f64>,
-    inertia_kg_m2: Matrix3<f64>,
-}
-
-impl RigidMass {
-    fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
-        Self {
-            mass_kg,
-            center_m,
-            inertia_kg_m2,
-        }
-    }
-
-    fn of_link(link: &Link) -> Self {
-        Self::new(
-            link.mass_kg,
-            Vector3::new(link.center_of_mass_m, 0.0, 0.0),
-            Matrix3::from_diagonal(&link.inertia_kg_m2),
-        )
-    }
-
-    /// Adds `links` rigidly, each at its locked angle, the first one's joint at
-    /// `frame`.
-    fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
-        let mut joint = frame;
-        for link in links {
-            let rotation = rotation_about(&link.joint.direction(), link.locked_rad);
-            joint.rotation *= rotation;
-            self.attach(&Self::of_link(link), &joint);
-            joint *= outer_end(link);
-        }
-    }
-
-    /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem).
-    fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
-        let other_center = (frame * Point3::from(other.center_m)).coords;
-        let turn = frame.rotation.to_rotation_matrix();
-        let other_inertia = turn * other.inertia_kg_m2 * turn.transpose();
-        let mass_kg = self.mass_kg + other.mass_kg;
-        let center_m = (self.center_m * self.mass_kg + other_center * other.mass_kg) / mass_kg;
-        self.inertia_kg_m2 = self.inertia_kg_m2
-            + shift(self.mass_kg, self.center_m - center_m)
-            + other_inertia
-            + shift(other.mass_kg, other_center - center_m);
-        self.mass_kg = mass_kg;
-        self.center_m = center_m;
-    }
-
-    fn properties(&self) -> MassProperties {
-        let center: Vector3<f32> = self.center_m.cast();
-        let inertia: Matrix3<f32> = self.inertia_kg_m2.cast();
-        MassProperties::with_inertia_matrix(
-            Vector::new(center.x, center.y, center.z),
-            self.mass_kg as f32,
-            rapier3d::math::Matrix::from_cols_array_2d(&inertia.data.0),
-        )
-    }
-}
-
-/// Inertia of a point mass at `offset`.
-fn shift(mass_kg: f64, offset: Vector3<f64>) -> Matrix3<f64> {
-    (Matrix3::identity() * offset.norm_squared() - offset * offset.transpose()) * mass_kg
 }

@@ -158,6 +158,7 @@ impl Calibrate<'_, '_> {
         let walker = Walker {
             model,
             morphology: self.morphology,
+            body: None,
         };
         walker.with(self.effects)
     }
@@ -191,6 +192,9 @@ impl Calibrate<'_, '_> {
                 sizes: settled.sizes,
             }
         };
+        if self.record.is_dead_reckoned() {
+            return stage(f64::INFINITY);
+        }
         let better = |best: Stage, other: Stage| {
             if other.cost < best.cost { other } else { best }
         };

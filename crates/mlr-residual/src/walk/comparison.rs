@@ -21,19 +21,33 @@ pub struct ErrorWeights {
     pub independent_errors: [f64; 3],
     /// Errors below this size say nothing: what no model of a walk gets right.
     pub floor_deg: [f64; 3],
+    /// The same where a sensor's own filter made the angles: it takes some of the body's
+    /// accelerations for tilt.
+    pub filtered_floor_deg: [f64; 3],
     /// The same for roll and pitch of the standing robot.
     pub standing_deg: f64,
     /// The same for rates at rest.
     pub rest_rate_dps: f64,
 }
 
+impl ErrorWeights {
+    fn floor_of(&self, record: &WalkRecord) -> [f64; 3] {
+        if record.is_dead_reckoned() {
+            self.floor_deg
+        } else {
+            self.filtered_floor_deg
+        }
+    }
+}
+
 impl Default for ErrorWeights {
     fn default() -> Self {
         Self {
             independent_errors: [5.0, 5.0, 3.0],
-            floor_deg: [0.06, 0.06, 0.12],
+            floor_deg: [0.04, 0.04, 0.1],
+            filtered_floor_deg: [0.06, 0.06, 0.12],
             standing_deg: 0.05,
-            rest_rate_dps: 0.05,
+            rest_rate_dps: 0.03,
         }
     }
 }
@@ -129,7 +143,10 @@ impl<'a> Comparison<'a> {
         let count = traces.len();
         let axes = residual.as_ref().into_array();
         let fit = self.record.fit();
-        let floor2 = self.weights.floor_deg.map(|floor| floor * floor);
+        let floor2 = self
+            .weights
+            .floor_of(self.record)
+            .map(|floor| floor * floor);
         let mut left = axes.map(|axis| axis.clone());
         let mut square = left.each_ref().map(|axis| mean_square(&axis[fit.clone()]));
         let mut sizes = DVector::zeros(count);
@@ -224,9 +241,10 @@ impl<'a> Comparison<'a> {
 
     /// What errors of these mean squares cost.
     pub(crate) fn cost_of(&self, mean_square_deg2: [f64; 3]) -> f64 {
+        let floor_deg = self.weights.floor_of(self.record);
         (0..3)
             .map(|axis| {
-                let floor = self.weights.floor_deg[axis];
+                let floor = floor_deg[axis];
                 let square = mean_square_deg2[axis] + floor * floor;
                 self.weights.independent_errors[axis] * square.ln()
             })
@@ -243,11 +261,16 @@ impl<'a> Comparison<'a> {
 /// jumps.
 const ROUGH_DEG: f64 = 0.5;
 
+/// Whether a prediction that leaves these mean squares is so far off that straight lines lead
+/// nowhere, and that a change of anything may help by chance.
+pub(crate) fn is_rough([roll_deg2, pitch_deg2, _]: [f64; 3]) -> bool {
+    roll_deg2.max(pitch_deg2) > ROUGH_DEG * ROUGH_DEG
+}
+
 impl Settled {
     /// Whether the prediction is so far off that straight lines lead nowhere.
     pub(crate) fn is_rough(&self) -> bool {
-        let [roll_deg2, pitch_deg2, _] = self.fit_deg2;
-        roll_deg2.max(pitch_deg2) > ROUGH_DEG * ROUGH_DEG
+        is_rough(self.fit_deg2)
     }
 
     /// Mean square of each axis on a stretch.
@@ -407,7 +430,8 @@ mod tests {
             ..predicted
         };
         let without = comparison.settle(&unbiased, &[]).cost;
-        // 0.4 °/s are eight of the usual deviations.
-        assert!((without - with - 64.0).abs() < 0.1, "{without} {with}");
+        let deviations = 0.4 / ErrorWeights::default().rest_rate_dps;
+        let price = deviations * deviations;
+        assert!((without - with - price).abs() < 0.1, "{without} {with}");
     }
 }

@@ -64,7 +64,7 @@ impl WalkModel {
             ..self.simulation.clone()
         };
         let robot = self.robot.clone().with_servo(self.servo)?;
-        let simulator = Simulator::new(robot, &self.gait, settings)?;
+        let simulator = Simulator::new(robot, &self.gait, settings)?.following_heading();
         Ok(match simulator.simulate(morphology) {
             Outcome::Walked(trajectory) => Some(trajectory.orientation),
             Outcome::Diverged { .. } => None,

@@ -18,6 +18,7 @@ pub struct WalkRecord {
     fit: Range<usize>,
     unseen: Range<usize>,
     rest_rate_dps: Option<[f64; 3]>,
+    is_dead_reckoned: bool,
     noise_deg: Axes<f64>,
 }
 
@@ -97,9 +98,20 @@ impl WalkRecord {
             fit: from..middle,
             unseen: middle..count,
             rest_rate_dps,
+            is_dead_reckoned: false,
             noise_deg,
             times_s,
         })
+    }
+
+    /// The same, where roll, pitch and yaw were integrated from the rates alone, the bias
+    /// included, beginning with the tilt of the standing sensor at the first sample.
+    #[must_use]
+    pub fn dead_reckoned(self) -> Self {
+        Self {
+            is_dead_reckoned: true,
+            ..self
+        }
     }
 
     /// Log time of each sample.
@@ -140,6 +152,12 @@ impl WalkRecord {
     /// Mean raw rates while the robot stands, degrees per second about x, y, z.
     pub fn rest_rate_dps(&self) -> Option<[f64; 3]> {
         self.rest_rate_dps
+    }
+
+    /// Whether roll, pitch and yaw were integrated from the rates alone, rather than made by
+    /// the filter of some sensor.
+    pub fn is_dead_reckoned(&self) -> bool {
+        self.is_dead_reckoned
     }
 
     /// How much the angles scatter about a straight line while the robot stands.

@@ -1,7 +1,7 @@
 //! What the sensor makes of the body's orientation.
 
 use mlr_filter::{Axes, MovingMean, OrientationSeries, unwrapped_rad};
-use nalgebra::Matrix3;
+use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::WalkRecord;
@@ -23,8 +23,12 @@ pub struct Sensing {
     /// How late the samples are.
     pub delay_s: f64,
     /// How long the filter trusts the gyroscope's roll and pitch before the
-    /// accelerometer's.
+    /// accelerometer's; infinite where nothing but the rates counts.
     pub filter_time_s: f64,
+    /// How far roll and pitch were off at the first sample where nothing corrects them
+    /// afterwards, degrees: an error about the axes that the body had then.
+    #[serde(skip)]
+    pub level_deg: [f64; 2],
 }
 
 impl Default for Sensing {
@@ -36,15 +40,24 @@ impl Default for Sensing {
             scale: 1.0,
             delay_s: 0.0,
             filter_time_s: 2.0,
+            level_deg: [0.0; 2],
         }
     }
 }
 
 impl Sensing {
+    /// Whether a filter draws roll and pitch to what the accelerometer shows.
+    pub(crate) fn has_a_filter(&self) -> bool {
+        self.filter_time_s.is_finite()
+    }
+
     /// Roll, pitch and yaw in degrees that the sensor would report at the first
     /// `samples` times of the record, if the body moved as in `body`, whose time counts
     /// from the start of the walk. `clock` is the duration of the robot's gait over that
     /// of the body's.
+    ///
+    /// The reported rates are integrated, as sensors do: what is added to them about one
+    /// axis turns with the body.
     pub(crate) fn observe(
         &self,
         body: &OrientationSeries,
@@ -53,41 +66,57 @@ impl Sensing {
         samples: usize,
     ) -> Axes<Vec<f64>> {
         let means = MovingMean::new(body);
+        let [level_roll_deg, level_pitch_deg] = self.level_deg;
+        let level = attitude(
+            level_roll_deg.to_radians(),
+            level_pitch_deg.to_radians(),
+            0.0,
+        );
+        let [roll_deg, pitch_deg] = self.misalignment_deg;
+        let mount = attitude(roll_deg.to_radians(), pitch_deg.to_radians(), 0.0);
         let mut angles_deg = Axes::<Vec<f64>>::default();
-        let mut previous: Option<Axes<f64>> = None;
-        // What bias and scale have added to the angles so far.
-        let mut added_deg = [0.0; 3];
+        // The sensor's true attitude and the one that it reckons with.
+        let mut previous: Option<(UnitQuaternion<f64>, UnitQuaternion<f64>)> = None;
+        let mut yaw_rad = 0.0;
         let first_s = record.times_s().first().copied().unwrap_or(0.0);
         for &time_s in &record.times_s()[..samples] {
             let gait_time_s = (time_s - record.start_s() - self.delay_s) / clock;
             let half_width_s = WalkRecord::HALF_WIDTH_S / clock;
-            let mut seen = self.mounted(means.around(gait_time_s, half_width_s));
-            if let Some(previous) = previous {
-                seen.yaw = unwrapped_rad(previous.yaw, seen.yaw);
-                let turned = seen.into_array();
-                let before = previous.into_array();
-                for axis in 0..3 {
-                    let turned_deg = (turned[axis] - before[axis]).to_degrees();
-                    let mut rate_dps = self.bias_dps[axis]
-                        + turned_deg * (1.0 / self.scale - 1.0) / WalkRecord::PERIOD_S;
-                    if axis == 2 {
-                        rate_dps += self.drift_dps_per_min / 60.0 * (time_s - first_s);
-                    } else {
-                        rate_dps -= added_deg[axis] / self.filter_time_s;
-                    }
-                    added_deg[axis] += rate_dps * WalkRecord::PERIOD_S;
+            let seen = means.around(gait_time_s, half_width_s);
+            let sensor = attitude(seen.roll, seen.pitch, seen.yaw) * mount;
+            let mut reckoned = match previous {
+                None => level * sensor,
+                Some((before, reckoned)) => {
+                    let turned = (before.inverse() * sensor).scaled_axis() / self.scale;
+                    let added = self.added_radps(time_s - first_s) * WalkRecord::PERIOD_S;
+                    reckoned * UnitQuaternion::from_scaled_axis(turned + added)
                 }
+            };
+            let (mut roll, mut pitch, yaw) = reckoned.euler_angles();
+            yaw_rad = unwrapped_rad(yaw_rad, yaw);
+            if self.has_a_filter() {
+                let (true_roll, true_pitch, _) = sensor.euler_angles();
+                // In the long run a rate adds itself times the filter's time.
+                let share = WalkRecord::PERIOD_S / (self.filter_time_s + WalkRecord::PERIOD_S);
+                roll += share * (unwrapped_rad(roll, true_roll) - roll);
+                pitch += share * (true_pitch - pitch);
+                reckoned = attitude(roll, pitch, yaw);
             }
-            previous = Some(seen);
-            let axes = seen.into_array();
-            let reported = [0, 1, 2].map(|axis| axes[axis].to_degrees() + added_deg[axis]);
+            previous = Some((sensor, reckoned));
             angles_deg.push(Axes {
-                roll: reported[0],
-                pitch: reported[1],
-                yaw: reported[2],
+                roll: roll.to_degrees(),
+                pitch: pitch.to_degrees(),
+                yaw: yaw_rad.to_degrees(),
             });
         }
         angles_deg
+    }
+
+    /// What the gyroscope adds to the rates so long after the first sample.
+    fn added_radps(&self, since_s: f64) -> Vector3<f64> {
+        let [x_dps, y_dps, z_dps] = self.bias_dps;
+        let drifted_dps = self.drift_dps_per_min / 60.0 * since_s;
+        Vector3::new(x_dps, y_dps, z_dps + drifted_dps).map(f64::to_radians)
     }
 
     /// The mean rates about x, y and z that the gyroscope would report while the robot of
@@ -97,21 +126,6 @@ impl Sensing {
         let [x_dps, y_dps, z_dps] = self.bias_dps;
         let drifted_dps = self.drift_dps_per_min / 60.0 * standing_s / 2.0;
         [x_dps, y_dps, z_dps + drifted_dps]
-    }
-
-    /// The orientation of the sensor on a body of this orientation.
-    fn mounted(&self, body_rad: Axes<f64>) -> Axes<f64> {
-        let [roll_deg, pitch_deg] = self.misalignment_deg;
-        if roll_deg == 0.0 && pitch_deg == 0.0 {
-            return body_rad;
-        }
-        let mount = rotation(roll_deg.to_radians(), pitch_deg.to_radians(), 0.0);
-        let sensor = rotation(body_rad.roll, body_rad.pitch, body_rad.yaw) * mount;
-        Axes {
-            roll: libm::atan2(sensor[(2, 1)], sensor[(2, 2)]),
-            pitch: -libm::asin(sensor[(2, 0)].clamp(-1.0, 1.0)),
-            yaw: unwrapped_rad(body_rad.yaw, libm::atan2(sensor[(1, 0)], sensor[(0, 0)])),
-        }
     }
 
     /// A sensor with the faults of both.
@@ -162,12 +176,9 @@ impl Sensing {
     }
 }
 
-fn rotation(roll_rad: f64, pitch_rad: f64, yaw_rad: f64) -> Matrix3<f64> {
-    let [(sr, cr), (sp, cp), (sy, cy)] = [roll_rad, pitch_rad, yaw_rad].map(libm::sincos);
-    let x = Matrix3::new(1.0, 0.0, 0.0, 0.0, cr, -sr, 0.0, sr, cr);
-    let y = Matrix3::new(cp, 0.0, sp, 0.0, 1.0, 0.0, -sp, 0.0, cp);
-    let z = Matrix3::new(cy, -sy, 0.0, sy, cy, 0.0, 0.0, 0.0, 1.0);
-    z * y * x
+/// R = Rz(yaw) Ry(pitch) Rx(roll).
+fn attitude(roll_rad: f64, pitch_rad: f64, yaw_rad: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_euler_angles(roll_rad, pitch_rad, yaw_rad)
 }
 
 #[cfg(test)]
@@ -241,8 +252,60 @@ mod tests {
         let plain = observed(Sensing::default());
         let last = seen.yaw.len() - 1;
         let elapsed_s = last as f64 * WalkRecord::PERIOD_S;
-        assert!((seen.yaw[last] - plain.yaw[last] + elapsed_s).abs() < 1e-6);
+        // But for what the tilt about x makes of the rates.
+        assert!((seen.yaw[last] - plain.yaw[last] + elapsed_s).abs() < 0.1);
         assert!((seen.roll[last] - plain.roll[last] - 2.0 * 0.5).abs() < 0.05);
+    }
+
+    #[test]
+    fn without_a_filter_a_bias_grows_and_turns_with_the_body() {
+        let reckoned = |bias_dps: [f64; 3]| {
+            observed(Sensing {
+                bias_dps,
+                filter_time_s: f64::INFINITY,
+                ..Sensing::default()
+            })
+        };
+        let (seen, plain) = (reckoned([0.5, 0.0, 0.0]), reckoned([0.0; 3]));
+        let at = |time_s: f64| (time_s / WalkRecord::PERIOD_S) as usize;
+        let off = |axis: fn(&Axes<Vec<f64>>) -> &Vec<f64>, index: usize| {
+            axis(&seen)[index] - axis(&plain)[index]
+        };
+        // The body stands for 2 s, and then turns at 3 °/s.
+        assert!((off(|a| &a.roll, at(2.0)) - 1.0).abs() < 0.05);
+        let last = seen.roll.len() - 1;
+        let walked_s = record().times_s()[last] - 2.0;
+        let turn_rad = (3.0 * walked_s).to_radians();
+        // What was added before has stayed in the ground's frame.
+        let turned_rad = 3.0_f64.to_radians();
+        let roll_deg = turn_rad.cos() + 0.5 * turn_rad.sin() / turned_rad;
+        let pitch_deg = -turn_rad.sin() - 0.5 * (1.0 - turn_rad.cos()) / turned_rad;
+        assert!(
+            (off(|a| &a.roll, last) - roll_deg).abs() < 0.2,
+            "{roll_deg}"
+        );
+        assert!(
+            (off(|a| &a.pitch, last) - pitch_deg).abs() < 0.2,
+            "{pitch_deg}"
+        );
+    }
+
+    #[test]
+    fn a_level_that_is_off_stays_where_it_is_while_the_body_turns() {
+        let reckoned = |level_deg: [f64; 2]| {
+            observed(Sensing {
+                level_deg,
+                filter_time_s: f64::INFINITY,
+                ..Sensing::default()
+            })
+        };
+        let (seen, plain) = (reckoned([1.0, 0.0]), reckoned([0.0; 2]));
+        assert!((seen.roll[10] - plain.roll[10] - 1.0).abs() < 0.01);
+        let last = seen.roll.len() - 1;
+        let walked_s = record().times_s()[last] - 2.0;
+        let turn_rad = (3.0 * walked_s).to_radians();
+        assert!((seen.roll[last] - plain.roll[last] - turn_rad.cos()).abs() < 0.05);
+        assert!((seen.pitch[last] - plain.pitch[last] + turn_rad.sin()).abs() < 0.1);
     }
 
     #[test]
@@ -253,7 +316,7 @@ mod tests {
             scale: 0.8,
             ..Sensing::default()
         });
-        assert!((scaled.yaw[last] - plain.yaw[last] / 0.8).abs() < 1e-6);
+        assert!((scaled.yaw[last] - plain.yaw[last] / 0.8).abs() < 0.1);
         let drifting = observed(Sensing {
             drift_dps_per_min: 12.0,
             ..Sensing::default()

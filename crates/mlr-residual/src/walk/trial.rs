@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use mlr_filter::Axes;
+use mlr_filter::{Axes, OrientationSeries};
 use mlr_model::Morphology;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -26,6 +26,9 @@ pub(crate) struct Placed {
 pub(crate) struct Walker<'a> {
     pub(crate) model: &'a WalkModel,
     pub(crate) morphology: &'a Morphology,
+    /// How it walks over the whole record with the effects found, where that is known: a
+    /// further effect that is on the sensor only changes nothing of it.
+    pub(crate) body: Option<&'a OrientationSeries>,
 }
 
 /// Effects as they fit best, and what they leave.
@@ -104,9 +107,18 @@ impl Walker<'_> {
         samples: usize,
     ) -> Option<Prediction> {
         let model = self.with(effects);
-        let walked = model.walk(self.morphology, comparison.record, samples);
-        let body = walked.ok().flatten()?;
-        Some(model.predict(&body, comparison.record, samples))
+        let record = comparison.record;
+        let is_known = effects
+            .last()
+            .is_some_and(|last| last.effect.is_of_sensing());
+        if let Some(body) = self.body.filter(|_| is_known) {
+            return Some(model.predict(body, record, samples));
+        }
+        let body = model
+            .walk(self.morphology, record, samples)
+            .ok()
+            .flatten()?;
+        Some(model.predict(&body, record, samples))
     }
 
     /// The cost of these effects on the fitted stretch, for a first look: the last one's
@@ -138,13 +150,22 @@ impl Walker<'_> {
         Some((settled.cost, effects))
     }
 
-    /// What the effects given predict of the fitted stretch, to be glanced from.
-    pub(crate) fn predicted(
+    /// The walk with these effects over the whole record, and what a sensor reports of its
+    /// fitted stretch: to be glanced from.
+    pub(crate) fn walked(
         &self,
         comparison: &Comparison<'_>,
         effects: &[Placed],
-    ) -> Option<Prediction> {
-        self.predict(comparison, effects, comparison.record.fit().end)
+    ) -> Option<(OrientationSeries, Prediction)> {
+        let model = self.with(effects);
+        let record = comparison.record;
+        let samples = record.times_s().len();
+        let body = model
+            .walk(self.morphology, record, samples)
+            .ok()
+            .flatten()?;
+        let predicted = model.predict(&body, record, record.fit().end);
+        Some((body, predicted))
     }
 
     /// Fits the values of all effects from `first_free` on, from where they are, by Gauss

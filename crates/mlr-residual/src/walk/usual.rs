@@ -15,6 +15,9 @@ use super::{Prediction, WalkModel, WalkRecord};
 pub struct UsualDifferences {
     /// Roll and pitch at which the sensor is mounted.
     pub misalignment_deg: f64,
+    /// Roll and pitch that the standing sensor's accelerometer is off, where rates are
+    /// integrated from there on.
+    pub level_deg: f64,
     /// Rates that the gyroscope reports at rest.
     pub bias_dps: f64,
     /// Error of the time found for the start of the walk.
@@ -31,7 +34,11 @@ pub struct UsualDifferences {
     pub center_of_mass_m: f64,
     /// How much further the walking model leans than the robot, in roll and pitch.
     pub lean_deg: f64,
-    /// How much faster the robot turns than the model, besides a share of its turning.
+    /// The same where a sensor's own filter made roll and pitch: it takes some of the body's
+    /// accelerations for tilt.
+    pub filtered_lean_deg: f64,
+    /// How much faster the robot turns than the model once it takes full strides, besides a
+    /// share of its turning.
     pub turning_dps: f64,
     /// That share.
     pub turning_share: f64,
@@ -41,14 +48,16 @@ impl Default for UsualDifferences {
     fn default() -> Self {
         Self {
             misalignment_deg: 0.5,
+            level_deg: 0.3,
             bias_dps: 0.2,
             start_s: 0.04,
             told_start_s: 0.006,
             clock: 0.003,
             ln_stiffness: 0.12,
             ln_friction: 0.12,
-            center_of_mass_m: 0.003,
-            lean_deg: 0.2,
+            center_of_mass_m: 0.0025,
+            lean_deg: 0.08,
+            filtered_lean_deg: 0.2,
             turning_dps: 0.3,
             turning_share: 0.25,
         }
@@ -64,12 +73,16 @@ pub(crate) enum Difference {
     Lean(usize),
     /// Rate at which the walking body turns.
     Turning,
+    /// Share of the turning that the model shows.
+    TurningShare,
     /// Start of the walk.
     Start,
     /// The gait's clock.
     Clock,
     /// Mounting of the sensor, roll or pitch.
     Misalignment(usize),
+    /// The level that rates are integrated from, roll or pitch.
+    Level(usize),
     /// Bias about x, y or z.
     Bias(usize),
     /// Stiffness of the servos.
@@ -101,15 +114,18 @@ const ANY_YAW_DEG: f64 = 180.0;
 
 impl Difference {
     /// All of them, in the order of their traces.
-    pub(crate) const ALL: [Self; 15] = [
+    pub(crate) const ALL: [Self; 18] = [
         Self::YawZero,
         Self::Lean(0),
         Self::Lean(1),
         Self::Turning,
+        Self::TurningShare,
         Self::Start,
         Self::Clock,
         Self::Misalignment(0),
         Self::Misalignment(1),
+        Self::Level(0),
+        Self::Level(1),
         Self::Bias(0),
         Self::Bias(1),
         Self::Bias(2),
@@ -126,10 +142,13 @@ impl Difference {
             Self::Lean(0) => "lean_roll",
             Self::Lean(_) => "lean_pitch",
             Self::Turning => "turning",
+            Self::TurningShare => "turning_share",
             Self::Start => "start",
             Self::Clock => "clock",
             Self::Misalignment(0) => "misalignment_roll",
             Self::Misalignment(_) => "misalignment_pitch",
+            Self::Level(0) => "level_roll",
+            Self::Level(_) => "level_pitch",
             Self::Bias(0) => "bias_x",
             Self::Bias(1) => "bias_y",
             Self::Bias(_) => "bias_z",
@@ -155,7 +174,10 @@ impl Difference {
 
     /// Whether a model can have it, rather than only a comparison.
     pub(crate) fn is_of_model(self) -> bool {
-        !matches!(self, Self::YawZero | Self::Lean(_) | Self::Turning)
+        !matches!(
+            self,
+            Self::YawZero | Self::Lean(_) | Self::Turning | Self::TurningShare
+        )
     }
 
     /// Makes a model differ by so many standard deviations.
@@ -168,7 +190,7 @@ impl Difference {
     ) {
         let sensing = &mut model.sensing;
         match self {
-            Self::YawZero | Self::Lean(_) | Self::Turning => {}
+            Self::YawZero | Self::Lean(_) | Self::Turning | Self::TurningShare => {}
             Self::Start => {
                 sensing.delay_s += size
                     * if record.start_is_told() {
@@ -181,6 +203,10 @@ impl Difference {
             Self::Misalignment(axis) => {
                 sensing.misalignment_deg[axis] += size * usual.misalignment_deg;
             }
+            Self::Level(axis) if record.is_dead_reckoned() => {
+                sensing.level_deg[axis] += size * usual.level_deg;
+            }
+            Self::Level(_) => {}
             Self::Bias(axis) => sensing.bias_dps[axis] += size * usual.bias_dps,
             Self::Stiffness => {
                 model.servo.stiffness_nm_per_rad *= (size * usual.ln_stiffness).exp();
@@ -304,7 +330,13 @@ impl NearbyWalks {
                 } else if wanted.is_of_model() {
                     of_sensing(wanted)
                 } else {
-                    Trace::of_angles(usual.of_comparison(wanted, &plain.angles_deg, record))
+                    let stride_s = model.clock * model.gait.period_s;
+                    Trace::of_angles(usual.of_comparison(
+                        wanted,
+                        &plain.angles_deg,
+                        stride_s,
+                        record,
+                    ))
                 }
             })
             .collect()
@@ -334,35 +366,37 @@ impl UsualDifferences {
         &self,
         wanted: Difference,
         plain: &Axes<Vec<f64>>,
+        stride_s: f64,
         record: &WalkRecord,
     ) -> Axes<Vec<f64>> {
         let times_s = record.times_s();
         let walked_s = |time_s: f64| (time_s - record.start_s()).max(0.0);
-        let mut axes = [(); 3].map(|()| vec![0.0; times_s.len()]);
-        match wanted {
-            Difference::YawZero => axes[2].fill(ANY_YAW_DEG),
-            Difference::Lean(axis) => {
-                for (value, time_s) in axes[axis].iter_mut().zip(times_s) {
-                    *value = if walked_s(*time_s) > 0.0 {
-                        self.lean_deg
-                    } else {
-                        0.0
-                    };
-                }
+        let start_index = times_s.partition_point(|time_s| *time_s < record.start_s());
+        let yaw_at_start_deg = plain.yaw.get(start_index).copied().unwrap_or(0.0);
+        let value = |index: usize, time_s: f64| match (wanted, walked_s(time_s)) {
+            (Difference::YawZero, _) => ANY_YAW_DEG,
+            (_, 0.0) => 0.0,
+            (Difference::Lean(_), _) if record.is_dead_reckoned() => self.lean_deg,
+            (Difference::Lean(_), _) => self.filtered_lean_deg,
+            // Strides grow over the first cycle.
+            (Difference::Turning, walked_s) if walked_s < stride_s => {
+                self.turning_dps * walked_s * walked_s / (2.0 * stride_s)
             }
-            _ => {
-                let last_s = times_s.last().map_or(0.0, |last| walked_s(*last)).max(1.0);
-                let ends = plain.yaw.first().zip(plain.yaw.last());
-                let turned_deg = ends.map_or(0.0, |(first, last)| last - first);
-                let turning_dps =
-                    self.turning_dps + self.turning_share * (turned_deg / last_s).abs();
-                for (value, time_s) in axes[2].iter_mut().zip(times_s) {
-                    *value = turning_dps * walked_s(*time_s);
-                }
-            }
-        }
-        let [roll, pitch, yaw] = axes;
-        Axes { roll, pitch, yaw }
+            (Difference::Turning, walked_s) => self.turning_dps * (walked_s - stride_s / 2.0),
+            (_, _) => self.turning_share * (plain.yaw[index] - yaw_at_start_deg),
+        };
+        let changed = times_s
+            .iter()
+            .enumerate()
+            .map(|(k, time_s)| value(k, *time_s));
+        let mut angles_deg = Axes::from_fn(|_| vec![0.0; times_s.len()]);
+        let axis = match wanted {
+            Difference::Lean(0) => &mut angles_deg.roll,
+            Difference::Lean(_) => &mut angles_deg.pitch,
+            _ => &mut angles_deg.yaw,
+        };
+        *axis = changed.collect();
+        angles_deg
     }
 }
 

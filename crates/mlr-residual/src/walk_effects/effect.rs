@@ -108,7 +108,7 @@ pub trait WalkEffect: Sync + Debug {
 }
 
 /// A report of these names and values.
-pub(super) fn named<const N: usize>(values: [(&str, f64); N]) -> BTreeMap<String, f64> {
+pub(super) fn named<'n>(values: impl IntoIterator<Item = (&'n str, f64)>) -> BTreeMap<String, f64> {
     values
         .into_iter()
         .map(|(name, value)| (name.to_string(), value))

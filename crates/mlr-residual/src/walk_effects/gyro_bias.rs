@@ -19,7 +19,7 @@ impl WalkEffect for GyroBias {
         "yaw drifts from the first sample on; roll and pitch wander off within the filter's time"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
+    fn parameters(&self, _: Place, model: &WalkModel) -> Vec<Parameter> {
         let rate = |name| {
             Parameter::new(name, 0.0)
                 .step(0.1)
@@ -27,40 +27,43 @@ impl WalkEffect for GyroBias {
                 .neutral(0.0)
                 .usual(0.3)
         };
-        vec![
-            rate("x_dps"),
-            rate("y_dps"),
-            rate("z_dps"),
-            Parameter::new("ln_filter_time", 0.0)
-                .step(0.1)
-                .bounds(-2.0, 2.0)
-                .neutral(0.0)
-                .usual(f64::INFINITY),
-        ]
+        let mut parameters = vec![rate("x_dps"), rate("y_dps"), rate("z_dps")];
+        if model.sensing.has_a_filter() {
+            parameters.push(
+                Parameter::new("ln_filter_time", 0.0)
+                    .step(0.1)
+                    .bounds(-2.0, 2.0)
+                    .neutral(0.0)
+                    .usual(f64::INFINITY),
+            );
+        }
+        parameters
     }
 
-    fn starts(&self, _: Place, _: &WalkModel, record: &WalkRecord) -> Vec<Vec<f64>> {
-        let [x, y, z] = record.rest_rate_dps().unwrap_or([0.1; 3]);
-        vec![vec![x, y, z, 0.0]]
+    fn starts(&self, _: Place, model: &WalkModel, record: &WalkRecord) -> Vec<Vec<f64>> {
+        let mut start = record.rest_rate_dps().unwrap_or([0.1; 3]).to_vec();
+        if model.sensing.has_a_filter() {
+            start.push(0.0);
+        }
+        vec![start]
     }
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
         for (bias_dps, value) in model.sensing.bias_dps.iter_mut().zip(values) {
             *bias_dps += value;
         }
-        model.sensing.filter_time_s *= values[3].exp();
+        if let Some(ln_factor) = values.get(3) {
+            model.sensing.filter_time_s *= ln_factor.exp();
+        }
     }
 
     fn report(&self, _: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {
-        named([
-            ("x_dps", values[0]),
-            ("y_dps", values[1]),
-            ("z_dps", values[2]),
-            (
-                "filter_time_s",
-                model.sensing.filter_time_s * values[3].exp(),
-            ),
-        ])
+        let names = ["x_dps", "y_dps", "z_dps", "filter_time_s"];
+        let mut reported = named(names.into_iter().zip(values.iter().copied()));
+        if let Some(filter_time_s) = reported.get_mut("filter_time_s") {
+            *filter_time_s = model.sensing.filter_time_s * filter_time_s.exp();
+        }
+        reported
     }
 
     fn is_of_sensing(&self) -> bool {

@@ -154,7 +154,7 @@ impl<'a> Tracing<'a> {
     }
 
     /// The best place of each kind that was not added, and the kinds that were not tried.
-    pub(super) fn candidates(&self, judged: &[Judged]) -> Vec<WalkCandidate> {
+    pub(super) fn candidates(&self, judged: &[Judged<'_>]) -> Vec<WalkCandidate> {
         let mut candidates: Vec<WalkCandidate> = Vec::new();
         for judged in judged {
             if candidates.iter().any(|known| known.kind == judged.kind()) {

@@ -1,13 +1,18 @@
 //! Candidates on trial, and which of them comes first.
 
+use std::sync::Arc;
+
 use super::{
     Suspect, Tracing,
     round::{self, Screening},
-    state::State,
+    state::{Hypotheses, State},
 };
 use crate::{
     statistics::chance_of_gain,
-    walk::{Placed, Trial, WalkError, WalkRecord, Walker, comparison::mean_square},
+    walk::{
+        Placed, Trial, WalkError, WalkRecord, Walker,
+        comparison::{is_rough, mean_square},
+    },
 };
 
 /// Kinds of effect that are calibrated in full before one is added.
@@ -18,9 +23,11 @@ const PROMISING: f64 = 1.5;
 
 /// An effect on trial.
 #[derive(Clone)]
-pub(super) struct Judged {
+pub(super) struct Judged<'a> {
     /// What walks with it.
     pub(super) suspect: Suspect,
+    /// What it was tried on.
+    pub(super) base: Arc<State<'a>>,
     pub(super) trial: Trial,
     /// On the fitted and the unseen stretch.
     pub(super) gain: [f64; 2],
@@ -32,7 +39,7 @@ pub(super) struct Judged {
     pub(super) is_usual: bool,
 }
 
-impl Judged {
+impl Judged<'_> {
     pub(super) fn placed(&self) -> &Placed {
         self.trial
             .effects
@@ -64,7 +71,7 @@ impl Judged {
 
 /// An effect and the state with it.
 pub(super) struct Contender<'a> {
-    pub(super) judged: Judged,
+    pub(super) judged: Judged<'a>,
     pub(super) state: State<'a>,
 }
 
@@ -76,7 +83,7 @@ impl Contender<'_> {
 }
 
 /// Those worth their price first, each part by what it gains.
-fn sort(judged: &mut [Judged]) {
+fn sort(judged: &mut [Judged<'_>]) {
     judged.sort_by(|a, b| {
         let accepted = b.is_accepted().cmp(&a.is_accepted());
         accepted.then(b.total_gain().total_cmp(&a.total_gain()))
@@ -85,25 +92,36 @@ fn sort(judged: &mut [Judged]) {
 
 impl<'a> Tracing<'a> {
     /// Every effect on top of those found, best first: on the robot as it is held to be,
-    /// and on each of its damaged legs as if that leg were whole, because a leg that does
-    /// not do its part passes for a lost one. Where the best is a fault of a leg, all that
-    /// may be wrong with that leg is fitted in earnest.
-    pub(super) fn round(&self, state: &State<'a>) -> Vec<Judged> {
-        let mut judged = self.try_on(state, &state.suspect(), Screening::BROAD, |_| true);
-        for (leg, restored) in self.with_a_leg_restored(state) {
+    /// calibrated and as described, because what is usual can stand in for an effect; on the
+    /// robots that it may be as well; and on each of its damaged legs as if that leg were
+    /// whole, because a leg that does not do its part passes for a lost one. Where the best is a
+    /// fault of a leg, all that may be wrong with that leg is fitted in earnest.
+    pub(super) fn round(&self, known: &Hypotheses<'a>) -> Result<Vec<Judged<'a>>, WalkError> {
+        let held = &known.held;
+        let mut judged = self.try_on(held, held, &held.suspect(), Screening::BROAD, |_| true);
+        if let Some(described) = self.uncalibrated(held)? {
+            let described = Arc::new(described);
+            let suspect = held.suspect();
+            judged.extend(self.try_on(held, &described, &suspect, Screening::BROAD, |_| true));
+        }
+        for beside in &known.beside {
+            let suspect = beside.suspect();
+            judged.extend(self.try_on(held, beside, &suspect, Screening::BESIDE, |_| true));
+        }
+        for (leg, restored) in self.with_a_leg_restored(held) {
             let on_leg = |last: &Placed| last.place.leg() == leg + 1;
-            judged.extend(self.try_on(state, &restored, Screening::BROAD, on_leg));
+            judged.extend(self.try_on(held, held, &restored, Screening::BROAD, on_leg));
         }
         sort(&mut judged);
-        let more = self.rest_of_leg_at_fault(state, &judged);
+        let more = self.rest_of_leg_at_fault(held, &judged);
         judged.extend(more);
         sort(&mut judged);
-        judged
+        Ok(judged)
     }
 
     /// Each damaged leg, from 0, and the robot with that leg whole.
-    fn with_a_leg_restored(&self, state: &State<'a>) -> Vec<(usize, Suspect)> {
-        let held = &state.morphology;
+    fn with_a_leg_restored(&self, held: &State<'a>) -> Vec<(usize, Suspect)> {
+        let held = &held.morphology;
         (0..held.legs())
             .filter(|leg| held.remaining(*leg) < held.links(*leg))
             .map(|leg| {
@@ -114,7 +132,7 @@ impl<'a> Tracing<'a> {
     }
 
     /// What has not been tried of the leg that the best of those judged puts at fault.
-    fn rest_of_leg_at_fault(&self, state: &State<'a>, judged: &[Judged]) -> Vec<Judged> {
+    fn rest_of_leg_at_fault(&self, held: &State<'a>, judged: &[Judged<'a>]) -> Vec<Judged<'a>> {
         let Some(first) = judged.first().filter(|first| first.is_accepted()) else {
             return Vec::new();
         };
@@ -124,32 +142,35 @@ impl<'a> Tracing<'a> {
         }
         let is_new = |last: &Placed| {
             let is_there =
-                |judged: &Judged| judged.placed().is_same(last) && judged.suspect == *suspect;
+                |judged: &Judged<'_>| judged.placed().is_same(last) && judged.suspect == *suspect;
             last.place.leg() == leg && !judged.iter().any(is_there)
         };
-        self.try_on(state, suspect, Screening::ONE_LEG, is_new)
+        self.try_on(held, &first.base, suspect, Screening::ONE_LEG, is_new)
     }
 
-    /// Every effect that a suspect may have and that is wanted.
+    /// Every effect that a suspect may have and that is wanted, with the model as it is in
+    /// `base`.
     fn try_on(
         &self,
-        state: &State<'a>,
+        held: &State<'a>,
+        base: &Arc<State<'a>>,
         suspect: &Suspect,
         screening: Screening,
         is_wanted: impl Fn(&Placed) -> bool,
-    ) -> Vec<Judged> {
+    ) -> Vec<Judged<'a>> {
         let walker = Walker {
-            model: &state.calibration_model,
+            model: &base.calibration_model,
             morphology: &suspect.morphology,
+            body: None,
         };
-        let comparison = &state.comparison;
-        let found = &state.trial.effects;
+        let comparison = &base.comparison;
+        let found = &base.trial.effects;
         let kinds = round::kinds_for(comparison);
         let starts = round::starts(&walker, comparison, found, &kinds)
             .into_iter()
             .filter(|effects| effects.last().is_some_and(&is_wanted))
             .collect();
-        let so_far = state.trial.cost;
+        let so_far = held.trial.cost;
         round::try_all(
             &walker,
             comparison,
@@ -160,34 +181,52 @@ impl<'a> Tracing<'a> {
             self.progress,
         )
         .into_iter()
-        .map(|trial| self.judge(state, suspect, trial))
+        .map(|trial| self.judge(held, base, suspect, trial))
         .collect()
     }
 
-    fn judge(&self, state: &State<'a>, suspect: &Suspect, trial: Trial) -> Judged {
+    fn judge(
+        &self,
+        held: &State<'a>,
+        base: &Arc<State<'a>>,
+        suspect: &Suspect,
+        trial: Trial,
+    ) -> Judged<'a> {
         let placed = trial.effects.last().expect("a trial has an effect");
-        // Another morphology than the one held must be far better, half of it on either
-        // stretch.
-        let switching = match suspect.morphology == state.morphology {
-            true => 0.0,
-            false => self.settings.switch_gain / 2.0,
-        };
         let parameters = placed
             .effect
-            .parameters(placed.place, &state.calibration_model);
-        let robot = state.model().robot;
-        let places = placed.effect.places(&robot, &suspect.morphology);
+            .parameters(placed.place, &base.calibration_model);
+        let places = placed
+            .effect
+            .places(&base.model().robot, &suspect.morphology);
+        let of_effect = self.settings.least_gain
+            + self.settings.price_per_parameter * parameters.len() as f64
+            + (places.len() as f64).ln();
+        let times = match is_rough(held.trial.fit_deg2) {
+            true => self.settings.rough_price,
+            false => 1.0,
+        };
         Judged {
-            price: self.settings.least_gain
-                + self.settings.price_per_parameter * parameters.len() as f64
-                + (places.len() as f64).ln()
-                + switching,
+            price: times * of_effect + self.switching(held, suspect),
             rarity: placed.effect.rarity(&placed.values),
-            chance: self.chance(state, &trial),
-            is_usual: placed.is_usual(&state.calibration_model),
-            gain: gains(state, &trial),
+            chance: self.chance(held, &trial),
+            is_usual: placed.is_usual(&base.calibration_model),
+            gain: gains(held, &trial),
             suspect: suspect.clone(),
+            base: Arc::clone(base),
             trial,
+        }
+    }
+
+    /// What an effect on another robot than the one held must gain more on either stretch:
+    /// other damaged legs must be far better, half of it on each, and what is less probable
+    /// beforehand by so much.
+    fn switching(&self, held: &State<'a>, suspect: &Suspect) -> f64 {
+        let less_probable = (held.ln_prior - suspect.ln_prior).max(0.0);
+        if suspect.morphology.damaged_legs() == held.morphology.damaged_legs() {
+            less_probable
+        } else {
+            less_probable.max(self.settings.switch_gain / 2.0)
         }
     }
 
@@ -219,10 +258,10 @@ impl<'a> Tracing<'a> {
     /// then. Those that are worth their price, best first.
     pub(super) fn contenders(
         &self,
-        state: &State<'a>,
-        judged: &[Judged],
+        held: &State<'a>,
+        judged: &[Judged<'a>],
     ) -> Result<Vec<Contender<'a>>, WalkError> {
-        let mut kinds: Vec<&Judged> = Vec::new();
+        let mut kinds: Vec<&Judged<'a>> = Vec::new();
         for judged in judged.iter().filter(|judged| judged.is_promising()) {
             if kinds.len() < CONTENDERS && !kinds.iter().any(|k| k.kind() == judged.kind()) {
                 kinds.push(judged);
@@ -231,13 +270,13 @@ impl<'a> Tracing<'a> {
         let mut contenders = Vec::new();
         for judged in kinds {
             let as_tried = Contender {
-                state: self.with_trial(state, &judged.suspect, &judged.trial),
+                state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
                 judged: judged.clone(),
             };
             let found = &judged.trial.effects;
             let calibrated = self
                 .likeliest(std::slice::from_ref(&judged.suspect), found)?
-                .map(|calibrated| self.calibrated_contender(state, judged, calibrated))
+                .map(|calibrated| self.calibrated_contender(held, judged, calibrated))
                 .filter(|calibrated| calibrated.cost() < as_tried.cost());
             contenders.push(calibrated.unwrap_or(as_tried));
         }
@@ -250,13 +289,14 @@ impl<'a> Tracing<'a> {
     fn calibrated_contender(
         &self,
         before: &State<'a>,
-        judged: &Judged,
+        judged: &Judged<'a>,
         state: State<'a>,
     ) -> Contender<'a> {
+        let trial = state.trial.clone();
         Contender {
             judged: Judged {
                 rarity: judged.rarity,
-                ..self.judge(before, &judged.suspect, state.trial.clone())
+                ..self.judge(before, &judged.base, &judged.suspect, trial)
             },
             state,
         }

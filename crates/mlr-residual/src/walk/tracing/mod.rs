@@ -26,6 +26,9 @@ pub struct TracingSettings {
     pub least_gain: f64,
     /// Price of each parameter.
     pub price_per_parameter: f64,
+    /// How many times the price an effect has where robots answer to anything: roll or pitch
+    /// are off by more than half a degree without it.
+    pub rough_price: f64,
     /// Effects that are added at most.
     pub most_effects: usize,
     /// Candidates this close to the best in their gains on both stretches together are
@@ -44,6 +47,7 @@ impl Default for TracingSettings {
             comparison: ComparisonSettings::default(),
             least_gain: 6.0,
             price_per_parameter: 1.0,
+            rough_price: 2.0,
             most_effects: 3,
             rival_gain: 6.0,
             switch_gain: 20.0,
@@ -93,46 +97,53 @@ pub fn explain_walk(
     settings: &TracingSettings,
     progress: &dyn Progress,
 ) -> Result<WalkExplanation, WalkError> {
+    let mut nominal = nominal.clone();
+    if record.is_dead_reckoned() {
+        nominal.sensing.filter_time_s = f64::INFINITY;
+    }
     let tracing = Tracing {
         record,
-        nominal,
+        nominal: &nominal,
         search,
         settings,
         progress,
     };
     let identified = suspects.first().ok_or(WalkError::Diverged)?;
-    let first = tracing
-        .likeliest(std::slice::from_ref(identified), &[])?
-        .ok_or(WalkError::Diverged)?;
+    let known = tracing.ranked(std::slice::from_ref(identified), &[])?;
+    let first = known.first().cloned().ok_or(WalkError::Diverged)?;
     let error_before = tracing.as_described(&identified.morphology, first.lost_links())?;
-    let mut state = tracing.likeliest_beside(&first, suspects, &[])?;
     let error_calibrated = errors(&first.trial);
     let residual_before = tracing.decomposed(&first);
+    let mut hypotheses = tracing
+        .weighed(known, suspects, &[])?
+        .ok_or(WalkError::Diverged)?;
     let mut effects = Vec::new();
     let mut candidates = loop {
-        let judged = tracing.round(&state);
+        let judged = tracing.round(&hypotheses)?;
         if effects.len() >= settings.most_effects {
             break judged;
         }
-        let contenders = tracing.contenders(&state, &judged)?;
+        let contenders = tracing.contenders(&hypotheses.held, &judged)?;
         let [best, rivals @ ..] = &contenders[..] else {
             break judged;
         };
         effects.push(tracing.traced(best, rivals));
-        let with_best = &best.state;
+        let with_best = best.state.clone();
         let found = with_best.trial.effects.clone();
-        let mut again = vec![with_best.suspect()];
-        again.extend(search.with_effects(&with_best.model()));
+        let mut again = search.with_effects(&with_best.model());
         again.extend_from_slice(suspects);
         again.extend(tracing.neighbours(&with_best.morphology));
         dedup(&mut again);
-        state = tracing.likeliest_beside(with_best, &again, &found)?;
+        hypotheses = tracing
+            .weighed(vec![with_best], &again, &found)?
+            .ok_or(WalkError::Diverged)?;
     };
-    tracing.finish_effects(&state, &mut effects);
-    if let Some(locked) = tracing.locked_links(&state)? {
+    let state = &hypotheses.held;
+    tracing.finish_effects(state, &mut effects);
+    if let Some(locked) = tracing.locked_links(state)? {
         effects.push(locked);
     }
-    let residual_after = tracing.decomposed(&state);
+    let residual_after = tracing.decomposed(state);
     let left = remainder(record, &state.model(), &residual_after, &settings.remainder);
     candidates.retain(|judged| !effects.iter().any(|effect| effect.kind == judged.kind()));
     let mut warnings = Vec::new();

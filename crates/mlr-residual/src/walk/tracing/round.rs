@@ -26,6 +26,12 @@ impl Screening {
         places_per_kind: 2,
         slack: [20.0, 0.0],
     };
+    /// Of effects on a robot that is not the one held: with the effect it must look nearly as
+    /// good at once.
+    pub(crate) const BESIDE: Self = Self {
+        places_per_kind: 2,
+        slack: [5.0, 0.0],
+    };
     /// Of the effects on one leg that is known to be at fault.
     pub(crate) const ONE_LEG: Self = Self {
         places_per_kind: 3,
@@ -45,8 +51,12 @@ pub(crate) fn try_all(
     so_far: f64,
     progress: &dyn Progress,
 ) -> Vec<Trial> {
-    let Some(without) = walker.predicted(comparison, found) else {
+    let Some((body, without)) = walker.walked(comparison, found) else {
         return Vec::new();
+    };
+    let walker = Walker {
+        body: Some(&body),
+        ..*walker
     };
     progress.expect_more(starts.len());
     let glances: Vec<(f64, Vec<Placed>)> = starts

@@ -1,6 +1,6 @@
 //! Where the tracing has come to, and which morphology suits it.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
@@ -11,13 +11,19 @@ use crate::walk::{
     usual::Difference,
 };
 
-/// Morphologies that are calibrated in full after a first look at all.
-const FINALISTS: usize = 2;
+/// Robots that are calibrated in full after a first look at all.
+const FINALISTS: usize = 5;
+/// Of these, those that may have the same damaged legs.
+const FINALISTS_ALIKE: usize = 2;
 /// Turns of calibration and fit, and the gain below which they have settled.
 const TURNS: usize = 2;
 const SETTLED: f64 = 0.5;
 /// How much less probable a morphology may be after the first look, in the units of cost.
 const WITHIN: f64 = 25.0;
+/// Other robots that effects are tried on.
+const MOST_BESIDE: usize = 4;
+/// Usual differences of the body in a model that cost less than this leave room for effects.
+const WORTH_UNDOING: f64 = 2.0;
 
 /// Where the tracing has come to: a morphology, its calibrated model, and the effects
 /// found.
@@ -41,6 +47,7 @@ impl State<'_> {
         Walker {
             model: &self.calibration_model,
             morphology: &self.morphology,
+            body: None,
         }
     }
 
@@ -67,6 +74,13 @@ impl State<'_> {
     }
 }
 
+/// The robot as it is held to be, and others that it may be as well.
+pub(super) struct Hypotheses<'a> {
+    pub(super) held: Arc<State<'a>>,
+    /// Hardly less likely, the likeliest first.
+    pub(super) beside: Vec<Arc<State<'a>>>,
+}
+
 impl<'a> Tracing<'a> {
     /// The suspect whose walk with these effects leaves least: all are looked at, the
     /// best few calibrated in full.
@@ -75,6 +89,16 @@ impl<'a> Tracing<'a> {
         suspects: &[Suspect],
         effects: &[Placed],
     ) -> Result<Option<State<'a>>, WalkError> {
+        Ok(self.ranked(suspects, effects)?.into_iter().next())
+    }
+
+    /// The best few suspects calibrated with these effects, lost links gone or locked, the
+    /// likeliest first.
+    pub(super) fn ranked(
+        &self,
+        suspects: &[Suspect],
+        effects: &[Placed],
+    ) -> Result<Vec<State<'a>>, WalkError> {
         let cases: Vec<(&Suspect, LostLinks)> = suspects
             .iter()
             .flat_map(|suspect| {
@@ -100,8 +124,9 @@ impl<'a> Tracing<'a> {
                 state
             })
             .collect::<Result<Vec<_>, WalkError>>()?;
-        let states = states.into_iter().flatten();
-        Ok(states.min_by(|a, b| a.total.total_cmp(&b.total)))
+        let mut states: Vec<State<'a>> = states.into_iter().flatten().collect();
+        states.sort_by(|a, b| a.total.total_cmp(&b.total));
+        Ok(states)
     }
 
     /// Looks at all cases and chooses the best few.
@@ -131,10 +156,17 @@ impl<'a> Tracing<'a> {
         glances.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
         let best = glances.first().map_or(0.0, |(cost, ..)| *cost);
         glances.retain(|(cost, ..)| *cost <= best + WITHIN);
-        let chosen = glances.into_iter().take(FINALISTS);
-        Ok(chosen
-            .map(|(_, suspect, lost_links)| (suspect, lost_links))
-            .collect())
+        let mut chosen: Vec<(&'s Suspect, LostLinks)> = Vec::new();
+        for (_, suspect, lost_links) in glances {
+            let legs = suspect.morphology.damaged_legs();
+            let has_same_legs =
+                |(other, _): &&(&Suspect, LostLinks)| other.morphology.damaged_legs() == legs;
+            let alike = chosen.iter().filter(has_same_legs).count();
+            if chosen.len() < FINALISTS && alike < FINALISTS_ALIKE {
+                chosen.push((suspect, lost_links));
+            }
+        }
+        Ok(chosen)
     }
 
     /// A morphology, with what is known of it beside the record.
@@ -154,25 +186,71 @@ impl<'a> Tracing<'a> {
             .collect()
     }
 
-    /// The likeliest of the suspects, unless it is hardly likelier than the morphology held
-    /// so far.
-    pub(super) fn likeliest_beside(
+    /// The likeliest of the suspects, unless it is hardly likelier than the first of those
+    /// that are `known`; with it the others that are hardly less likely.
+    pub(super) fn weighed(
         &self,
-        so_far: &State<'a>,
+        known: Vec<State<'a>>,
         suspects: &[Suspect],
         effects: &[Placed],
-    ) -> Result<State<'a>, WalkError> {
+    ) -> Result<Option<Hypotheses<'a>>, WalkError> {
         let others: Vec<Suspect> = suspects
             .iter()
-            .filter(|suspect| suspect.morphology != so_far.morphology)
+            .filter(|suspect| {
+                let is_known = |known: &State<'_>| known.morphology == suspect.morphology;
+                !known.iter().any(is_known)
+            })
             .cloned()
             .collect();
-        if others.is_empty() {
-            return Ok(so_far.clone());
+        let mut states = known;
+        if !others.is_empty() {
+            states.extend(self.ranked(&others, effects)?);
         }
-        let other = self.likeliest(&others, effects)?;
-        let other = other.filter(|other| other.total < so_far.total - self.settings.switch_gain);
-        Ok(other.unwrap_or_else(|| so_far.clone()))
+        let mut states = states.into_iter().map(Arc::new);
+        let Some(mut held) = states.next() else {
+            return Ok(None);
+        };
+        let mut beside: Vec<Arc<State<'a>>> = states.collect();
+        beside.sort_by(|a, b| a.total.total_cmp(&b.total));
+        let switch_gain = self.settings.switch_gain;
+        if let Some(best) = beside.first_mut()
+            && best.total < held.total - switch_gain
+        {
+            std::mem::swap(best, &mut held);
+        }
+        beside.retain(|other| other.total < held.total + switch_gain / 2.0);
+        beside.truncate(MOST_BESIDE);
+        Ok(Some(Hypotheses { held, beside }))
+    }
+
+    /// The same robot as described, with the same effects: none of what is usual is in its
+    /// model. `None` where there is hardly anything in it, or the walk diverges.
+    pub(super) fn uncalibrated(&self, state: &State<'a>) -> Result<Option<State<'a>>, WalkError> {
+        let in_body: f64 = Difference::ALL
+            .into_iter()
+            .zip(&state.comparison.there)
+            .filter(|(difference, _)| difference.is_of_body())
+            .map(|(_, size)| size * size)
+            .sum();
+        if in_body < WORTH_UNDOING {
+            return Ok(None);
+        }
+        let model = self.with_lost(state.lost_links());
+        let settings = &self.settings.comparison;
+        let effects = &state.trial.effects;
+        let with_effects = Walker {
+            model: &model,
+            morphology: &state.morphology,
+            body: None,
+        }
+        .with(effects);
+        let comparison =
+            Calibration::uncalibrated(settings, &with_effects, &state.morphology, self.record)?;
+        Ok(comparison.map(|comparison| State {
+            calibration_model: model,
+            comparison,
+            ..state.clone()
+        }))
     }
 
     /// The state that a trial of this suspect stands for.
@@ -241,6 +319,7 @@ impl<'a> Tracing<'a> {
         let walker = Walker {
             model: &calibration.model,
             morphology,
+            body: None,
         };
         let Some(trial) = walker.fit(&calibration.comparison, effects.to_vec(), 0) else {
             return Ok(None);
@@ -269,6 +348,7 @@ impl<'a> Tracing<'a> {
         let walker = Walker {
             model: &model,
             morphology,
+            body: None,
         };
         let trial = walker.fit(&comparison.as_described(), Vec::new(), 0);
         trial.as_ref().map(errors).ok_or(WalkError::Diverged)
