@@ -257,14 +257,15 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// A walk that is predicted worse than this in roll or pitch answers to its parameters in
+/// A walk that is predicted worse than this on one of its axes answers to its parameters in
 /// jumps.
-const ROUGH_DEG: f64 = 0.5;
+const ROUGH_DEG: [f64; 3] = [0.5, 0.5, 1.0];
 
 /// Whether a prediction that leaves these mean squares is so far off that straight lines lead
 /// nowhere, and that a change of anything may help by chance.
-pub(crate) fn is_rough([roll_deg2, pitch_deg2, _]: [f64; 3]) -> bool {
-    roll_deg2.max(pitch_deg2) > ROUGH_DEG * ROUGH_DEG
+pub(crate) fn is_rough(mean_square_deg2: [f64; 3]) -> bool {
+    let mut axes = mean_square_deg2.into_iter().zip(ROUGH_DEG);
+    axes.any(|(square_deg2, rough_deg)| square_deg2 > rough_deg * rough_deg)
 }
 
 impl Settled {

@@ -27,7 +27,7 @@ pub struct TracingSettings {
     /// Price of each parameter.
     pub price_per_parameter: f64,
     /// How many times the price an effect has where robots answer to anything: roll or pitch
-    /// are off by more than half a degree without it.
+    /// are off by more than half a degree without it, or yaw by more than one.
     pub rough_price: f64,
     /// Effects that are added at most.
     pub most_effects: usize,
