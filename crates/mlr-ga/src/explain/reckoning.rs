@@ -25,7 +25,7 @@ pub(super) fn dead_reckoned(
 }
 
 /// Compares how far roll and pitch turn from one look to the next: what a filter draws to
-/// gravity is slow.
+/// gravity is slow, and a bias adds the same to every turn.
 fn turn_alike(reckoned: &OrientationSeries, recording: &OrientationSeries) -> bool {
     let ends = reckoned.times_s().first().zip(reckoned.times_s().last());
     let Some((first_s, last_s)) = ends else {
@@ -46,11 +46,17 @@ fn turn_alike(reckoned: &OrientationSeries, recording: &OrientationSeries) -> bo
     let (reckoned, recorded) = (turns(reckoned), turns(recording));
     (0..2).all(|axis| {
         let both = reckoned.iter().zip(&recorded);
-        let off2: f64 = both.map(|(a, b)| (a[axis] - b[axis]).powi(2)).sum();
-        let all2: f64 = recorded.iter().map(|turn| turn[axis].powi(2)).sum();
-        let count = recorded.len().max(1) as f64;
-        (off2 / count).sqrt() < MOST_OFF * (all2 / count).sqrt() + MOST_OFF_RAD
+        let off_rad: Vec<f64> = both.map(|(a, b)| a[axis] - b[axis]).collect();
+        let turns_rad: Vec<f64> = recorded.iter().map(|turn| turn[axis]).collect();
+        deviation(&off_rad) < MOST_OFF * deviation(&turns_rad) + MOST_OFF_RAD
     })
+}
+
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares = values.iter().map(|value| (value - mean).powi(2));
+    (squares.sum::<f64>() / count).sqrt()
 }
 
 #[cfg(test)]
@@ -93,6 +99,14 @@ mod tests {
         let reckoned = dead_reckoned(&raw, &recording, 0.0..1.9).unwrap();
         let error = reckoned.angles_rad().roll[1500] - recording.angles_rad().roll[1500];
         assert!(error.abs() < 1e-3, "{error}");
+    }
+
+    #[test]
+    fn a_bias_is_no_reason_to_doubt() {
+        let (mut raw, recording) = rolling();
+        let rates = raw.angular_rates_radps.iter_mut();
+        rates.for_each(|rate| *rate += Vector3::new(0.08, -0.06, 0.05));
+        assert!(dead_reckoned(&raw, &recording, 0.0..1.9).is_some());
     }
 
     #[test]

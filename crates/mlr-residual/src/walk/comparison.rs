@@ -261,17 +261,26 @@ impl<'a> Comparison<'a> {
 /// jumps.
 const ROUGH_DEG: [f64; 3] = [0.5, 0.5, 1.0];
 
-/// Whether a prediction that leaves these mean squares is so far off that straight lines lead
-/// nowhere, and that a change of anything may help by chance.
-pub(crate) fn is_rough(mean_square_deg2: [f64; 3]) -> bool {
-    let mut axes = mean_square_deg2.into_iter().zip(ROUGH_DEG);
-    axes.any(|(square_deg2, rough_deg)| square_deg2 > rough_deg * rough_deg)
+/// A walk that is predicted worse than this nearly tips over, or slips at random: a change of
+/// anything may help by chance.
+const WILD_DEG: [f64; 3] = [1.5, 1.5, 2.0];
+
+/// Whether a prediction that leaves these mean squares is worse than `limits_deg` on any axis.
+fn exceeds(mean_square_deg2: [f64; 3], limits_deg: [f64; 3]) -> bool {
+    let mut axes = mean_square_deg2.into_iter().zip(limits_deg);
+    axes.any(|(square_deg2, limit_deg)| square_deg2 > limit_deg * limit_deg)
+}
+
+/// Whether a prediction that leaves these mean squares is so far off that a change of anything
+/// may help by chance.
+pub(crate) fn is_wild(mean_square_deg2: [f64; 3]) -> bool {
+    exceeds(mean_square_deg2, WILD_DEG)
 }
 
 impl Settled {
     /// Whether the prediction is so far off that straight lines lead nowhere.
     pub(crate) fn is_rough(&self) -> bool {
-        is_rough(self.fit_deg2)
+        exceeds(self.fit_deg2, ROUGH_DEG)
     }
 
     /// Mean square of each axis on a stretch.

@@ -166,7 +166,7 @@ impl<'a> Tracing<'a> {
                 "would help, but enough effects are in place".into()
             } else {
                 format!(
-                    "gains {:.1} on the fitted and {:.1} on the unseen stretch, needed {:.1}",
+                    "gains {:.1} on the fitted and {:.1} on the unseen stretch, needed {:.1} on average",
                     judged.gain[0], judged.gain[1], judged.price
                 )
             };

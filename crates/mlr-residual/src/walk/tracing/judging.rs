@@ -11,12 +11,16 @@ use crate::{
     statistics::chance_of_gain,
     walk::{
         Placed, Trial, WalkError, WalkRecord, Walker,
-        comparison::{is_rough, mean_square},
+        comparison::{is_wild, mean_square},
     },
 };
 
 /// Kinds of effect that are calibrated in full before one is added.
 const CONTENDERS: usize = 3;
+/// What an effect must gain on either stretch, over its price. Twice the price on both together
+/// may come from one of them for the most part: robots that turn, and faults that come and go,
+/// show an effect in one half of a walk more than in the other.
+const LEAST_SHARE: f64 = 0.5;
 /// An effect that gains so many times its price on both stretches together is calibrated
 /// before it is judged.
 const PROMISING: f64 = 1.5;
@@ -55,8 +59,11 @@ impl Judged<'_> {
         self.gain[0] + self.gain[1] - self.price - self.rarity
     }
 
+    /// Whether it gains twice its price on both stretches together, and enough on either.
     pub(super) fn is_accepted(&self) -> bool {
-        self.gain.iter().all(|gain| *gain > self.price) && !self.is_usual
+        let [fit, unseen] = self.gain;
+        let on_either = fit.min(unseen) > LEAST_SHARE * self.price;
+        on_either && fit + unseen > 2.0 * self.price && !self.is_usual
     }
 
     /// Whether it may turn out to be worth its price with the model calibrated around it. An
@@ -202,8 +209,8 @@ impl<'a> Tracing<'a> {
         let of_effect = self.settings.least_gain
             + self.settings.price_per_parameter * parameters.len() as f64
             + (places.len() as f64).ln();
-        let times = match is_rough(held.trial.fit_deg2) {
-            true => self.settings.rough_price,
+        let times = match is_wild(held.trial.fit_deg2) {
+            true => self.settings.wild_price,
             false => 1.0,
         };
         Judged {

@@ -20,15 +20,15 @@ use crate::Progress;
 pub struct TracingSettings {
     /// How models are compared with the record.
     pub comparison: ComparisonSettings,
-    /// What an effect must gain on either stretch before it is added, besides the price
-    /// of its parameters and places. The usual gain by chance, measured on logs of
+    /// What an effect must gain on either stretch before it is added, on average of both and
+    /// half of it on each, besides the price of its parameters and places. The usual gain by chance, measured on logs of
     /// undisturbed robots (`docs/explain.md`), stays below it.
     pub least_gain: f64,
     /// Price of each parameter.
     pub price_per_parameter: f64,
     /// How many times the price an effect has where robots answer to anything: roll or pitch
-    /// are off by more than half a degree without it, or yaw by more than one.
-    pub rough_price: f64,
+    /// are off by more than 1.5° without it, or yaw by more than 2°.
+    pub wild_price: f64,
     /// Effects that are added at most.
     pub most_effects: usize,
     /// Candidates this close to the best in their gains on both stretches together are
@@ -47,7 +47,7 @@ impl Default for TracingSettings {
             comparison: ComparisonSettings::default(),
             least_gain: 6.0,
             price_per_parameter: 1.0,
-            rough_price: 2.0,
+            wild_price: 2.0,
             most_effects: 3,
             rival_gain: 6.0,
             switch_gain: 20.0,
@@ -81,8 +81,8 @@ pub trait MorphologySearch: Sync {
 /// effect of the library is fitted on the first stretch of the record, on top of those
 /// found before, and measured on the second, which it never saw. Its gain is the fall of
 /// n · ln(error²), summed over the axes, and of the price of the usual differences that
-/// it makes unnecessary. The best one is added if its gain exceeds its price on both
-/// stretches: the least gain that chance could give, something for each parameter, and
+/// it makes unnecessary. The best one is added if its gains on both stretches together exceed
+/// twice its price, and each half of it: the least gain that chance could give, something for each parameter, and
 /// the logarithm of the number of places where it was tried. A leg that is taken for lost
 /// is tried as a whole leg with something wrong in it as well. With the effect in place
 /// the morphology is identified again. Effects are added until none is worth its price.
