@@ -8,9 +8,10 @@ use mlr_imu::RawSeries;
 /// Time between two looks at either attitude.
 const STEP_S: f64 = 0.04;
 /// Raw samples tell where the body turns to if what they say of its turns is off by less than
-/// this share, and this much on average.
-const MOST_OFF: f64 = 0.3;
-const MOST_OFF_RAD: f64 = 3e-4;
+/// this share of them, and this much more: what filters take of the accelerations of a body
+/// that hardly rocks.
+const MOST_OFF: f64 = 0.5;
+const MOST_OFF_RAD: f64 = 6e-4;
 
 /// Roll, pitch and yaw integrated from the rates of `raw` alone from the beginning of `rest_s`
 /// on, if they turn as those of the `recording`, which somebody made of the same samples: raw
