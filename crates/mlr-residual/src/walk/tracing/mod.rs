@@ -29,7 +29,8 @@ pub struct TracingSettings {
     /// How many times the price an effect has where robots answer to anything: roll or pitch
     /// are off by more than 1.5° without it, or yaw by more than 2°.
     pub wild_price: f64,
-    /// Effects that are added at most.
+    /// Effects that are added at most, one at least. What else was tried is reported as it was
+    /// before the last of them.
     pub most_effects: usize,
     /// Candidates this close to the best in their gains on both stretches together are
     /// its rivals.
@@ -120,9 +121,6 @@ pub fn explain_walk(
     let mut effects = Vec::new();
     let mut candidates = loop {
         let judged = tracing.round(&hypotheses)?;
-        if effects.len() >= settings.most_effects {
-            break judged;
-        }
         let contenders = tracing.contenders(&hypotheses.held, &judged)?;
         let [best, rivals @ ..] = &contenders[..] else {
             break judged;
@@ -137,6 +135,9 @@ pub fn explain_walk(
         hypotheses = tracing
             .weighed(vec![with_best], &again, &found)?
             .ok_or(WalkError::Diverged)?;
+        if effects.len() >= settings.most_effects {
+            break judged;
+        }
     };
     let state = &hypotheses.held;
     tracing.finish_effects(state, &mut effects);
