@@ -101,7 +101,9 @@ pub fn explain(
         from_s: Some(measured.start().start_s),
         ..identify_settings.clone()
     };
-    let was_damaged_before = was_damaged_before(&measured, model, &from_the_start, search, seed);
+    // Who says from where on to compare means it.
+    let was_damaged_before = identify_settings.from_s.is_none()
+        && was_damaged_before(&measured, model, &from_the_start, search, seed);
     let identify_settings = if was_damaged_before {
         measured = MeasuredWalk::new(recording.clone(), gait, &from_the_start)?;
         &from_the_start
