@@ -7,7 +7,7 @@ use mlr_model::Morphology;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::{Comparison, Poll, Prediction, Settled, Trace, WalkModel};
+use super::{Comparison, Poll, Prediction, Settled, Trace, WalkModel, WalkRecord};
 use crate::{
     Parameter,
     walk_effects::{Place, WalkEffect},
@@ -98,6 +98,17 @@ impl Walker<'_> {
         model
     }
 
+    /// How the body walks; `None` when the walk diverges or a value makes no sense.
+    fn body_of(
+        &self,
+        model: &WalkModel,
+        record: &WalkRecord,
+        samples: usize,
+    ) -> Option<OrientationSeries> {
+        let walked = model.walk(self.morphology, record, samples);
+        walked.ok().flatten()
+    }
+
     /// What a sensor reports of the first `samples` samples, and its rates at rest;
     /// `None` when the walk diverges or a value makes no sense.
     fn predict(
@@ -114,10 +125,7 @@ impl Walker<'_> {
         if let Some(body) = self.body.filter(|_| is_known) {
             return Some(model.predict(body, record, samples));
         }
-        let body = model
-            .walk(self.morphology, record, samples)
-            .ok()
-            .flatten()?;
+        let body = self.body_of(&model, record, samples)?;
         Some(model.predict(&body, record, samples))
     }
 
@@ -160,10 +168,7 @@ impl Walker<'_> {
         let model = self.with(effects);
         let record = comparison.record;
         let samples = record.times_s().len();
-        let body = model
-            .walk(self.morphology, record, samples)
-            .ok()
-            .flatten()?;
+        let body = self.body_of(&model, record, samples)?;
         let predicted = model.predict(&body, record, record.fit().end);
         Some((body, predicted))
     }
