@@ -46,6 +46,24 @@ const POLL: Poll = Poll {
     most: 10,
 };
 
+/// Where a calibration begins: a model, and what is usual in it already, in standard
+/// deviations.
+#[derive(Debug, Clone)]
+pub(crate) struct Start {
+    pub(crate) model: WalkModel,
+    pub(crate) there: Vec<f64>,
+}
+
+impl Start {
+    /// From the description of a robot.
+    pub(crate) fn described(model: WalkModel) -> Self {
+        Self {
+            model,
+            there: vec![0.0; Difference::ALL.len()],
+        }
+    }
+}
+
 impl<'a> Calibration<'a> {
     /// Fits the usual differences of a model with `effects`; `None` when it diverges.
     ///
@@ -53,7 +71,7 @@ impl<'a> Calibration<'a> {
     /// [`ModelError`] when the model makes no sense.
     pub(crate) fn new(
         settings: &ComparisonSettings,
-        nominal: &WalkModel,
+        start: &Start,
         effects: &[Placed],
         morphology: &Morphology,
         record: &'a WalkRecord,
@@ -64,8 +82,7 @@ impl<'a> Calibration<'a> {
             morphology,
             record,
         };
-        let there = vec![0.0; Difference::ALL.len()];
-        let Some(mut best) = calibrate.at(nominal, &there)? else {
+        let Some(mut best) = calibrate.at(start)? else {
             return Ok(None);
         };
         for _ in 0..MAX_ROUNDS {
@@ -88,8 +105,8 @@ impl<'a> Calibration<'a> {
         }
         let weights = settings.weights;
         Ok(Some(Self {
-            comparison: Comparison::new(record, weights, best.traces, best.there),
-            model: best.model,
+            comparison: Comparison::new(record, weights, best.traces, best.here.there),
+            model: best.here.model,
         }))
     }
 
@@ -111,8 +128,7 @@ impl<'a> Calibration<'a> {
             morphology,
             record,
         };
-        let there = vec![0.0; Difference::ALL.len()];
-        calibrate.cost_alone(&(nominal.clone(), there))
+        calibrate.cost_alone(&Start::described(nominal.clone()))
     }
 
     /// Compares with the model as it is, the usual differences left free around it.
@@ -143,8 +159,7 @@ struct Calibrate<'a, 'r> {
 
 /// Where a calibration has come to.
 struct Stage {
-    model: WalkModel,
-    there: Vec<f64>,
+    here: Start,
     traces: Vec<super::Trace>,
     /// What the traces would still add.
     sizes: Vec<f64>,
@@ -164,28 +179,28 @@ impl Calibrate<'_, '_> {
     }
 
     /// Walks a model and measures it.
-    fn at(&self, model: &WalkModel, there: &[f64]) -> Result<Option<Stage>, ModelError> {
+    fn at(&self, start: &Start) -> Result<Option<Stage>, ModelError> {
         let usual = &self.settings.usual;
-        let with_effects = self.with_effects(model);
+        let with_effects = self.with_effects(&start.model);
         let walks = NearbyWalks::new(usual, &with_effects, self.morphology, self.record)?;
-        Ok(walks.map(|walks| self.of(model, there, &walks)))
+        Ok(walks.map(|walks| self.of(start, &walks)))
     }
 
     /// Measures a model by its walks, with the filter time that suits it.
-    fn of(&self, model: &WalkModel, there: &[f64], walks: &NearbyWalks) -> Stage {
+    fn of(&self, start: &Start, walks: &NearbyWalks) -> Stage {
         let ComparisonSettings { usual, weights } = self.settings;
-        let with_effects = self.with_effects(model);
+        let with_effects = self.with_effects(&start.model);
         let stage = |filter_time_s: f64| {
             let mut tried = with_effects.clone();
             tried.sensing.filter_time_s = filter_time_s;
             let traces = walks.traces(usual, &tried, self.record);
-            let comparison = Comparison::new(self.record, *weights, traces.clone(), there.to_vec());
+            let there = start.there.clone();
+            let comparison = Comparison::new(self.record, *weights, traces.clone(), there);
             let settled = comparison.settle(&walks.predicted(&tried, self.record), &[]);
-            let mut model = model.clone();
-            model.sensing.filter_time_s = filter_time_s;
+            let mut here = start.clone();
+            here.model.sensing.filter_time_s = filter_time_s;
             Stage {
-                model,
-                there: there.to_vec(),
+                here,
                 traces,
                 is_rough: settled.is_rough(),
                 cost: settled.cost,
@@ -201,7 +216,7 @@ impl Calibrate<'_, '_> {
         let [first, others @ ..] = FILTER_TIMES_S;
         let coarse = others.into_iter().map(stage).fold(stage(first), better);
         FINER.into_iter().fold(coarse, |best, factor| {
-            let filter_time_s = best.model.sensing.filter_time_s;
+            let filter_time_s = best.here.model.sensing.filter_time_s;
             let around = [filter_time_s / factor, filter_time_s * factor];
             around.into_iter().map(stage).fold(best, better)
         })
@@ -209,31 +224,31 @@ impl Calibrate<'_, '_> {
 
     /// Moves the model by a share of what the traces would still add.
     fn moved(&self, from: &Stage, sizes: &[f64], share: f64) -> Result<Option<Stage>, ModelError> {
-        let mut moved = (from.model.clone(), from.there.clone());
+        let mut moved = from.here.clone();
         for (k, difference) in Difference::ALL.into_iter().enumerate() {
             if difference.is_of_model() {
                 self.step(&mut moved, k, share * sizes[k]);
             }
         }
-        self.at(&moved.0, &moved.1)
+        self.at(&moved)
     }
 
     /// Makes a model and its sizes differ by so much more of the usual difference `k`.
-    fn step(&self, (model, there): &mut (WalkModel, Vec<f64>), k: usize, size: f64) {
-        Difference::ALL[k].apply(&self.settings.usual, size, self.record, model);
-        there[k] += size;
+    fn step(&self, here: &mut Start, k: usize, size: f64) {
+        Difference::ALL[k].apply(&self.settings.usual, size, self.record, &mut here.model);
+        here.there[k] += size;
     }
 
     /// A model near this one that costs less, the usual differences of the body moved one by
     /// one.
     fn polled(&self, from: Stage) -> Result<Stage, ModelError> {
-        let start = (from.model.clone(), from.there.clone());
+        let start = from.here.clone();
         let Some(cost) = self.cost_alone(&start)? else {
             return Ok(from);
         };
         let of_body = Difference::ALL.into_iter().enumerate();
         let of_body = of_body.filter(|(_, difference)| difference.is_of_body());
-        let around = |here: &(WalkModel, Vec<f64>), width: f64| {
+        let around = |here: &Start, width: f64| {
             of_body
                 .clone()
                 .flat_map(|(k, _)| [(k, -width), (k, width)])
@@ -244,21 +259,18 @@ impl Calibrate<'_, '_> {
                 })
                 .collect()
         };
-        let (model, there) = POLL.search(start, cost, around, |moved| self.cost_alone(moved))?;
-        let polled = self.at(&model, &there)?;
+        let found = POLL.search(start, cost, around, |moved| self.cost_alone(moved))?;
+        let polled = self.at(&found)?;
         Ok(polled
             .filter(|polled| polled.cost < from.cost)
             .unwrap_or(from))
     }
 
     /// The cost of a model when nothing of its body is left free.
-    fn cost_alone(
-        &self,
-        (model, there): &(WalkModel, Vec<f64>),
-    ) -> Result<Option<f64>, ModelError> {
+    fn cost_alone(&self, start: &Start) -> Result<Option<f64>, ModelError> {
         let usual = &self.settings.usual;
-        let with_effects = self.with_effects(model);
+        let with_effects = self.with_effects(&start.model);
         let walks = NearbyWalks::alone(usual, &with_effects, self.morphology, self.record)?;
-        Ok(walks.map(|walks| self.of(model, there, &walks).cost))
+        Ok(walks.map(|walks| self.of(start, &walks).cost))
     }
 }

@@ -27,7 +27,7 @@ pub use sensing::Sensing;
 pub use tracing::{MorphologySearch, Suspect, TracingSettings, explain_walk};
 pub use usual::UsualDifferences;
 
-pub(crate) use calibration::Calibration;
+pub(crate) use calibration::{Calibration, Start};
 pub(crate) use comparison::{Comparison, Settled};
 pub(crate) use model::Prediction;
 pub(crate) use poll::Poll;

@@ -89,7 +89,7 @@ impl WalkRecord {
         let middle = from + (count - from) / 2;
         let noise_deg = measured_deg
             .as_ref()
-            .map(|_, angles| deviation(&angles[standing.clone()]));
+            .map(|_, angles| deviation_from_trend(&angles[standing.clone()]));
         Ok(Self {
             measured_deg,
             start_s,
@@ -187,8 +187,8 @@ impl WalkRecord {
     }
 }
 
-/// Root mean square of what is left without mean and trend; 0 for fewer than three.
-pub(super) fn deviation(angles_deg: &[f64]) -> f64 {
+/// Root mean square of what is left without mean and trend, degrees; 0 for fewer than three.
+pub(super) fn deviation_from_trend(angles_deg: &[f64]) -> f64 {
     let n = angles_deg.len() as f64;
     if n < 3.0 {
         return 0.0;

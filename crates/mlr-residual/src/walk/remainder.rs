@@ -3,7 +3,7 @@
 use mlr_filter::Axis;
 use serde::{Deserialize, Serialize};
 
-use super::{ByAxis, RemainingResidual, WalkModel, WalkRecord, record::deviation};
+use super::{ByAxis, RemainingResidual, WalkModel, WalkRecord, record::deviation_from_trend};
 
 /// What the model of a walk leaves of robots that lack nothing: measured on logs of
 /// undisturbed robots of an independent plant (`docs/explain.md`).
@@ -109,7 +109,7 @@ pub(crate) fn remainder(
 fn swings_deg(record: &WalkRecord) -> [f64; 3] {
     let walking = record.fit().start..record.unseen().end;
     let axes = record.measured_deg().as_ref().into_array();
-    axes.map(|angles_deg| deviation(&angles_deg[walking.clone()]))
+    axes.map(|angles_deg| deviation_from_trend(&angles_deg[walking.clone()]))
 }
 
 /// The torque that swings the body alone at this frequency and amplitude: an upper limit

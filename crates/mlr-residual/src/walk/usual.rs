@@ -28,9 +28,11 @@ pub struct UsualDifferences {
     pub clock: f64,
     /// Logarithm of the servos' stiffness.
     pub ln_stiffness: f64,
+    /// Logarithm of their damping.
+    pub ln_damping: f64,
     /// Logarithm of the ground's friction.
     pub ln_friction: f64,
-    /// Position of the body's centre of mass along x and y.
+    /// Position of the body's centre of mass along x, y and z.
     pub center_of_mass_m: f64,
     /// How much further the walking model leans than the robot, in roll and pitch.
     pub lean_deg: f64,
@@ -54,6 +56,7 @@ impl Default for UsualDifferences {
             told_start_s: 0.006,
             clock: 0.003,
             ln_stiffness: 0.12,
+            ln_damping: 0.2,
             ln_friction: 0.12,
             center_of_mass_m: 0.0025,
             lean_deg: 0.08,
@@ -87,9 +90,11 @@ pub(crate) enum Difference {
     Bias(usize),
     /// Stiffness of the servos.
     Stiffness,
+    /// Damping of the servos.
+    Damping,
     /// Friction of the ground.
     Friction,
-    /// Centre of mass of the body along x or y.
+    /// Centre of mass of the body along x, y or z.
     CenterOfMass(usize),
 }
 
@@ -114,7 +119,7 @@ const ANY_YAW_DEG: f64 = 180.0;
 
 impl Difference {
     /// All of them, in the order of their traces.
-    pub(crate) const ALL: [Self; 18] = [
+    pub(crate) const ALL: [Self; 20] = [
         Self::YawZero,
         Self::Lean(0),
         Self::Lean(1),
@@ -130,9 +135,11 @@ impl Difference {
         Self::Bias(1),
         Self::Bias(2),
         Self::Stiffness,
+        Self::Damping,
         Self::Friction,
         Self::CenterOfMass(0),
         Self::CenterOfMass(1),
+        Self::CenterOfMass(2),
     ];
 
     /// Its name in reports.
@@ -153,9 +160,11 @@ impl Difference {
             Self::Bias(1) => "bias_y",
             Self::Bias(_) => "bias_z",
             Self::Stiffness => "stiffness",
+            Self::Damping => "damping",
             Self::Friction => "friction",
             Self::CenterOfMass(0) => "center_of_mass_x",
-            Self::CenterOfMass(_) => "center_of_mass_y",
+            Self::CenterOfMass(1) => "center_of_mass_y",
+            Self::CenterOfMass(_) => "center_of_mass_z",
         }
     }
 
@@ -168,7 +177,7 @@ impl Difference {
     pub(crate) fn is_of_body(self) -> bool {
         matches!(
             self,
-            Self::Stiffness | Self::Friction | Self::CenterOfMass(_)
+            Self::Stiffness | Self::Damping | Self::Friction | Self::CenterOfMass(_)
         )
     }
 
@@ -210,6 +219,9 @@ impl Difference {
             Self::Bias(axis) => sensing.bias_dps[axis] += size * usual.bias_dps,
             Self::Stiffness => {
                 model.servo.stiffness_nm_per_rad *= (size * usual.ln_stiffness).exp();
+            }
+            Self::Damping => {
+                model.servo.damping_nm_s_per_rad *= (size * usual.ln_damping).exp();
             }
             Self::Friction => model.simulation.contact.friction *= (size * usual.ln_friction).exp(),
             Self::CenterOfMass(axis) => {

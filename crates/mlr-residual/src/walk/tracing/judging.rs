@@ -21,9 +21,6 @@ const CONTENDERS: usize = 3;
 /// may come from one of them for the most part: robots that turn, and faults that come and go,
 /// show an effect in one half of a walk more than in the other.
 const LEAST_SHARE: f64 = 0.5;
-/// An effect that gains so many times its price on both stretches together is calibrated
-/// before it is judged.
-const PROMISING: f64 = 1.5;
 
 /// An effect on trial.
 #[derive(Clone)]
@@ -66,13 +63,13 @@ impl Judged<'_> {
         on_either && fit + unseen > 2.0 * self.price && !self.is_usual
     }
 
-    /// Whether it may turn out to be worth its price with the model calibrated around it. An
-    /// effect on the sensor only leaves the body as it is calibrated.
+    /// Whether it may turn out to be worth its price with the model calibrated around it: it
+    /// gains that on the fitted stretch, or something on either and that on both together.
+    /// What is usual has been fitted without it, and stands in for some of it.
     fn is_promising(&self) -> bool {
         let [fit, unseen] = self.gain;
-        let of_body = !self.placed().effect.is_of_sensing();
-        let gains = fit.min(unseen) > 0.0 && fit + unseen > PROMISING * self.price;
-        self.is_accepted() || (of_body && gains && !self.is_usual)
+        let gains = fit > self.price || (fit.min(unseen) > 0.0 && fit + unseen > self.price);
+        self.is_accepted() || (gains && !self.is_usual)
     }
 }
 
@@ -115,9 +112,9 @@ impl<'a> Tracing<'a> {
             let suspect = beside.suspect();
             judged.extend(self.try_on(held, beside, &suspect, Screening::BESIDE, |_| true));
         }
-        for (leg, restored) in self.with_a_leg_restored(held) {
+        for (base, leg, restored) in self.with_a_leg_restored(known) {
             let on_leg = |last: &Placed| last.place.leg() == leg + 1;
-            judged.extend(self.try_on(held, held, &restored, Screening::BROAD, on_leg));
+            judged.extend(self.try_on(held, &base, &restored, Screening::BROAD, on_leg));
         }
         sort(&mut judged);
         let more = self.rest_of_leg_at_fault(held, &judged);
@@ -126,16 +123,24 @@ impl<'a> Tracing<'a> {
         Ok(judged)
     }
 
-    /// Each damaged leg, from 0, and the robot with that leg whole.
-    fn with_a_leg_restored(&self, held: &State<'a>) -> Vec<(usize, Suspect)> {
-        let held = &held.morphology;
-        (0..held.legs())
-            .filter(|leg| held.remaining(*leg) < held.links(*leg))
-            .map(|leg| {
-                let restored = held.clone().with_remaining(leg, held.links(leg));
-                (leg, self.suspect(restored))
-            })
-            .collect()
+    /// Each damaged leg, from 0, of each robot that comes into question, and that robot with
+    /// this leg whole.
+    fn with_a_leg_restored(&self, known: &Hypotheses<'a>) -> Vec<(Arc<State<'a>>, usize, Suspect)> {
+        let mut all: Vec<(Arc<State<'a>>, usize, Suspect)> = Vec::new();
+        for base in std::iter::once(&known.held).chain(&known.beside) {
+            let morphology = &base.morphology;
+            for leg in 0..morphology.legs() {
+                let links = morphology.links(leg);
+                let restored = self.suspect(morphology.clone().with_remaining(leg, links));
+                let is_known = all.iter().any(|(other, _, known)| {
+                    *known == restored && other.lost_links() == base.lost_links()
+                });
+                if morphology.remaining(leg) < links && !is_known {
+                    all.push((Arc::clone(base), leg, restored));
+                }
+            }
+        }
+        all
     }
 
     /// What has not been tried of the leg that the best of those judged puts at fault.
@@ -227,14 +232,16 @@ impl<'a> Tracing<'a> {
 
     /// What an effect on another robot than the one held must gain more on either stretch:
     /// other damaged legs must be far better, half of it on each, and what is less probable
-    /// beforehand by so much.
+    /// beforehand by so much more.
     fn switching(&self, held: &State<'a>, suspect: &Suspect) -> f64 {
-        let less_probable = (held.ln_prior - suspect.ln_prior).max(0.0);
-        if suspect.morphology.damaged_legs() == held.morphology.damaged_legs() {
-            less_probable
+        let less_probable = held.ln_prior - suspect.ln_prior;
+        let is_alike = suspect.morphology.damaged_legs() == held.morphology.damaged_legs();
+        let far_better = if is_alike {
+            0.0
         } else {
-            less_probable.max(self.settings.switch_gain / 2.0)
-        }
+            self.settings.switch_gain / 2.0
+        };
+        (far_better + less_probable).max(0.0)
     }
 
     /// The probability that so many cycles gain by chance.
@@ -260,9 +267,9 @@ impl<'a> Tracing<'a> {
         blocks
     }
 
-    /// The best candidates, each of another kind, with the model calibrated around them,
-    /// lost links gone and locked: what an effect gains, and which it is, may look otherwise
-    /// then. Those that are worth their price, best first.
+    /// The best candidates, each of another kind, as they were tried and with the model
+    /// calibrated around them, lost links gone and locked: what an effect gains, and which it
+    /// is, may look otherwise then. Those that are worth their price, best first.
     pub(super) fn contenders(
         &self,
         held: &State<'a>,
@@ -276,37 +283,44 @@ impl<'a> Tracing<'a> {
         }
         let mut contenders = Vec::new();
         for judged in kinds {
-            let as_tried = Contender {
+            let mut ways = vec![Contender {
                 state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
                 judged: judged.clone(),
-            };
+            }];
             let found = &judged.trial.effects;
-            let calibrated = self
-                .likeliest(std::slice::from_ref(&judged.suspect), found)?
-                .map(|calibrated| self.calibrated_contender(held, judged, calibrated))
-                .filter(|calibrated| calibrated.cost() < as_tried.cost());
-            contenders.push(calibrated.unwrap_or(as_tried));
+            for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
+                ways.push(self.calibrated_contender(held, judged, state)?);
+            }
+            ways.retain(|way| way.judged.is_accepted());
+            contenders.extend(
+                ways.into_iter()
+                    .min_by(|a, b| a.cost().total_cmp(&b.cost())),
+            );
         }
-        contenders.retain(|contender| contender.judged.is_accepted());
         contenders.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         Ok(contenders)
     }
 
-    /// A candidate as it is with the model calibrated around it.
+    /// A candidate as it is with the model calibrated around it. What the calibration gains
+    /// without the effect is none of its gain.
     fn calibrated_contender(
         &self,
-        before: &State<'a>,
+        held: &State<'a>,
         judged: &Judged<'a>,
         state: State<'a>,
-    ) -> Contender<'a> {
+    ) -> Result<Contender<'a>, WalkError> {
+        let found = &held.trial.effects;
+        let again = self.calibrated_from(&state.start(), &held.suspect(), found)?;
+        let again = again.filter(|again| again.total < held.total);
+        let before = again.as_ref().unwrap_or(held);
         let trial = state.trial.clone();
-        Contender {
+        Ok(Contender {
             judged: Judged {
                 rarity: judged.rarity,
                 ..self.judge(before, &judged.base, &judged.suspect, trial)
             },
             state,
-        }
+        })
     }
 }
 

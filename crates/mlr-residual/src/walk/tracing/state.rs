@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{Suspect, Tracing, errors};
 use crate::walk::{
-    Calibration, Comparison, Placed, StretchErrors, Trial, WalkError, WalkModel, Walker,
+    Calibration, Comparison, Placed, Start, StretchErrors, Trial, WalkError, WalkModel, Walker,
     usual::Difference,
 };
 
@@ -20,6 +20,8 @@ const TURNS: usize = 2;
 const SETTLED: f64 = 0.5;
 /// How much less probable a morphology may be after the first look, in the units of cost.
 const WITHIN: f64 = 25.0;
+/// The same for lost links gone or locked, where only one morphology is looked at.
+const WITHIN_OF_ONE: f64 = 100.0;
 /// Other robots that effects are tried on.
 const MOST_BESIDE: usize = 4;
 /// Usual differences of the body in a model that cost less than this leave room for effects.
@@ -63,6 +65,14 @@ impl State<'_> {
         }
     }
 
+    /// Its calibration, for another one to begin with.
+    pub(super) fn start(&self) -> Start {
+        Start {
+            model: self.calibration_model.clone(),
+            there: self.comparison.there.clone(),
+        }
+    }
+
     pub(super) fn usual_differences(&self) -> BTreeMap<String, f64> {
         let there = self.comparison.there.iter().zip(&self.trial.usual);
         Difference::ALL
@@ -82,16 +92,6 @@ pub(super) struct Hypotheses<'a> {
 }
 
 impl<'a> Tracing<'a> {
-    /// The suspect whose walk with these effects leaves least: all are looked at, the
-    /// best few calibrated in full.
-    pub(super) fn likeliest(
-        &self,
-        suspects: &[Suspect],
-        effects: &[Placed],
-    ) -> Result<Option<State<'a>>, WalkError> {
-        Ok(self.ranked(suspects, effects)?.into_iter().next())
-    }
-
     /// The best few suspects calibrated with these effects, lost links gone or locked, the
     /// likeliest first.
     pub(super) fn ranked(
@@ -110,11 +110,11 @@ impl<'a> Tracing<'a> {
                 cases.iter().map(move |lost_links| (suspect, *lost_links))
             })
             .collect();
-        let finalists = if suspects.len() == 1 {
-            cases
-        } else {
-            self.finalists(cases, effects)?
+        let within = match suspects {
+            [_] => WITHIN_OF_ONE,
+            _ => WITHIN,
         };
+        let finalists = self.finalists(cases, effects, within)?;
         self.progress.expect_more(finalists.len());
         let states = finalists
             .into_par_iter()
@@ -129,11 +129,13 @@ impl<'a> Tracing<'a> {
         Ok(states)
     }
 
-    /// Looks at all cases and chooses the best few.
-    pub(super) fn finalists<'s>(
+    /// Looks at all cases and chooses the best few, none of which costs more than the best
+    /// and `within`.
+    fn finalists<'s>(
         &self,
         cases: Vec<(&'s Suspect, LostLinks)>,
         effects: &[Placed],
+        within: f64,
     ) -> Result<Vec<(&'s Suspect, LostLinks)>, WalkError> {
         self.progress.expect_more(cases.len());
         let mut glances = cases
@@ -155,7 +157,7 @@ impl<'a> Tracing<'a> {
             .collect::<Vec<_>>();
         glances.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
         let best = glances.first().map_or(0.0, |(cost, ..)| *cost);
-        glances.retain(|(cost, ..)| *cost <= best + WITHIN);
+        glances.retain(|(cost, ..)| *cost <= best + within);
         let mut chosen: Vec<(&'s Suspect, LostLinks)> = Vec::new();
         for (_, suspect, lost_links) in glances {
             let legs = suspect.morphology.damaged_legs();
@@ -285,10 +287,11 @@ impl<'a> Tracing<'a> {
         effects: &[Placed],
     ) -> Result<Option<State<'a>>, WalkError> {
         let turns = if effects.is_empty() { 1 } else { TURNS };
+        let start = Start::described(self.with_lost(lost_links));
         let mut best: Option<State<'a>> = None;
         for _ in 0..turns {
             let effects = best.as_ref().map_or(effects, |best| &best.trial.effects);
-            let Some(next) = self.calibrated_once(suspect, lost_links, effects)? else {
+            let Some(next) = self.calibrated_from(&start, suspect, effects)? else {
                 break;
             };
             if best
@@ -302,17 +305,17 @@ impl<'a> Tracing<'a> {
         Ok(best)
     }
 
-    pub(super) fn calibrated_once(
+    /// The same from a model that is calibrated already, the effects fitted once.
+    pub(super) fn calibrated_from(
         &self,
+        start: &Start,
         suspect: &Suspect,
-        lost_links: LostLinks,
         effects: &[Placed],
     ) -> Result<Option<State<'a>>, WalkError> {
-        let model = self.with_lost(lost_links);
         let comparison = &self.settings.comparison;
         let morphology = &suspect.morphology;
         let Some(calibration) =
-            Calibration::new(comparison, &model, effects, morphology, self.record)?
+            Calibration::new(comparison, start, effects, morphology, self.record)?
         else {
             return Ok(None);
         };
