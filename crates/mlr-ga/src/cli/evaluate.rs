@@ -16,6 +16,7 @@ use super::{
     model_files::{self, AtlasFile, ModelFiles},
     output,
     progress::Bar,
+    scored::Scored,
 };
 
 /// Version of the JSON output.
@@ -58,15 +59,9 @@ struct Report {
 #[derive(Serialize)]
 struct DirectoryReport {
     directory: PathBuf,
-    logs: Vec<LogScore>,
-    unanswered: Vec<Unanswered>,
+    #[serde(flatten)]
+    scored: Scored<LogScore>,
     total: TotalScore,
-}
-
-#[derive(Serialize)]
-struct Unanswered {
-    log: String,
-    reason: String,
 }
 
 pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
@@ -95,33 +90,27 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         .collect::<anyhow::Result<_>>()?;
     let logs: usize = directories.iter().map(|(_, truths)| truths.len()).sum();
     let bar = Bar::of_logs(logs);
-    let mut reports = Vec::new();
-    for (directory, truths) in directories {
-        let mut scores = Vec::new();
-        let mut unanswered = Vec::new();
-        for truth in truths {
-            match score(&truth, model, &settings, search, options.seed) {
-                Ok(score) => scores.push(score),
-                Err(error) => unanswered.push(Unanswered {
-                    log: truth.name,
-                    reason: format!("{error:#}"),
-                }),
+    let reports: Vec<DirectoryReport> = directories
+        .into_iter()
+        .map(|(directory, truths)| {
+            let score = |truth: &Truth| score(truth, model, &settings, search, options.seed);
+            let scored = Scored::all(&truths, |truth| &truth.name, &bar, score);
+            DirectoryReport {
+                total: TotalScore::new(&scored.logs, scored.unanswered(), &gait),
+                directory,
+                scored,
             }
-            bar.next_log();
-        }
-        reports.push(DirectoryReport {
-            total: TotalScore::new(&scores, unanswered.len(), &gait),
-            directory,
-            logs: scores,
-            unanswered,
-        });
-    }
+        })
+        .collect();
     bar.clear();
     let all: Vec<LogScore> = reports
         .iter()
-        .flat_map(|report| report.logs.clone())
+        .flat_map(|report| report.scored.logs.clone())
         .collect();
-    let unanswered = reports.iter().map(|report| report.unanswered.len()).sum();
+    let unanswered = reports
+        .iter()
+        .map(|report| report.scored.unanswered())
+        .sum();
     let report = Report {
         schema: SCHEMA,
         search: format!("{name:?}").to_lowercase(),
@@ -174,7 +163,7 @@ impl DirectoryReport {
              |:--|:--|:--|:--|:--|--:|--:|--:|\n",
             self.directory.display()
         );
-        for score in &self.logs {
+        for score in &self.scored.logs {
             let [truth, answer] = score.in_words(layout);
             text += &format!(
                 "| {} | {truth} | {answer} | {} | {} | {:.0} % | {} | {:.1} |\n",
@@ -192,14 +181,7 @@ impl DirectoryReport {
                 score.elapsed_s,
             );
         }
-        for unanswered in &self.unanswered {
-            text += &format!(
-                "| {} | no answer: {} |\n",
-                unanswered.log, unanswered.reason
-            );
-        }
-        text += "\n";
-        text
+        text + &self.scored.unanswered_rows() + "\n"
     }
 }
 

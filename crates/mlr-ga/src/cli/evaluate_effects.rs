@@ -19,6 +19,7 @@ use super::{
     model_files::{self, AtlasFile, ModelFiles},
     output,
     progress::Bar,
+    scored::Scored,
 };
 
 /// Version of the JSON output.
@@ -50,15 +51,9 @@ pub(super) struct EvaluateEffectsOptions {
 #[derive(Serialize)]
 struct Report {
     schema: &'static str,
-    logs: Vec<EffectsScore>,
-    unanswered: Vec<Unanswered>,
+    #[serde(flatten)]
+    scored: Scored<EffectsScore>,
     total: EffectsTotal,
-}
-
-#[derive(Serialize)]
-struct Unanswered {
-    log: String,
-    reason: String,
 }
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
@@ -87,24 +82,13 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
         truths.retain(|truth| truth.log.name.contains(text));
     }
     let bar = Bar::of_logs(truths.len());
-    let mut logs = Vec::new();
-    let mut unanswered = Vec::new();
-    for truth in truths {
-        match score(&truth, model, how) {
-            Ok(score) => logs.push(score),
-            Err(error) => unanswered.push(Unanswered {
-                log: truth.log.name,
-                reason: format!("{error:#}"),
-            }),
-        }
-        bar.next_log();
-    }
+    let score = |truth: &EffectsTruth| score(truth, model, how);
+    let scored = Scored::all(&truths, |truth| &truth.log.name, &bar, score);
     bar.clear();
     let report = Report {
         schema: SCHEMA,
-        total: EffectsTotal::new(&logs),
-        logs,
-        unanswered,
+        total: EffectsTotal::new(&scored.logs),
+        scored,
     };
     let text = if options.json {
         serde_json::to_string(&report)? + "\n"
@@ -133,16 +117,10 @@ impl Report {
             "| log | undeclared | visible | found | verdict | fitted [°] | unseen [°] | \
                         legs | unexplained |\n|:--|:--|:--|:--|:--|:--|:--|:--|:--|\n"
                 .to_string();
-        for score in &self.logs {
+        for score in &self.scored.logs {
             text += &row(score);
         }
-        for unanswered in &self.unanswered {
-            text += &format!(
-                "| {} | no answer: {} |\n",
-                unanswered.log, unanswered.reason
-            );
-        }
-        text + "\n" + &total_text(&self.total)
+        text + &self.scored.unanswered_rows() + "\n" + &total_text(&self.total)
     }
 }
 

@@ -13,6 +13,7 @@ mod model_files;
 mod output;
 mod plot;
 mod progress;
+mod scored;
 mod simulate;
 
 use std::process::ExitCode;

@@ -1,0 +1,56 @@
+//! Logs whose truth is known, answered one after the other.
+
+use serde::Serialize;
+
+use super::progress::Bar;
+
+/// The scores of the logs that were answered, and why the others were not.
+#[derive(Serialize)]
+pub(super) struct Scored<S> {
+    pub(super) logs: Vec<S>,
+    unanswered: Vec<Unanswered>,
+}
+
+#[derive(Serialize)]
+struct Unanswered {
+    log: String,
+    reason: String,
+}
+
+impl<S> Scored<S> {
+    /// Scores each log; one without an answer does not keep the others from theirs.
+    pub(super) fn all<T>(
+        truths: &[T],
+        name: impl Fn(&T) -> &str,
+        bar: &Bar,
+        mut score: impl FnMut(&T) -> anyhow::Result<S>,
+    ) -> Self {
+        let mut scored = Self {
+            logs: Vec::new(),
+            unanswered: Vec::new(),
+        };
+        for truth in truths {
+            match score(truth) {
+                Ok(score) => scored.logs.push(score),
+                Err(error) => scored.unanswered.push(Unanswered {
+                    log: name(truth).to_string(),
+                    reason: format!("{error:#}"),
+                }),
+            }
+            bar.next_log();
+        }
+        scored
+    }
+
+    /// How many logs have no answer.
+    pub(super) fn unanswered(&self) -> usize {
+        self.unanswered.len()
+    }
+
+    /// A row of a Markdown table for each log without an answer.
+    pub(super) fn unanswered_rows(&self) -> String {
+        let rows = self.unanswered.iter();
+        rows.map(|row| format!("| {} | no answer: {} |\n", row.log, row.reason))
+            .collect()
+    }
+}
