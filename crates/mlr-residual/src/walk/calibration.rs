@@ -43,7 +43,7 @@ const POLL: Poll = Poll {
     widest: 1.0,
     narrowest: 0.25,
     least_gain: SETTLED,
-    most: 10,
+    most: 6,
 };
 
 /// Where a calibration begins: a model, and what is usual in it already, in standard

@@ -20,6 +20,8 @@ pub struct UsualDifferences {
     pub level_deg: f64,
     /// Rates that the gyroscope reports at rest.
     pub bias_dps: f64,
+    /// Relative error of its scale: half of what the data sheet of an MPU-6050 allows for.
+    pub scale: f64,
     /// Error of the time found for the start of the walk.
     pub start_s: f64,
     /// The same where it was told.
@@ -52,6 +54,7 @@ impl Default for UsualDifferences {
             misalignment_deg: 0.5,
             level_deg: 0.3,
             bias_dps: 0.2,
+            scale: 0.015,
             start_s: 0.04,
             told_start_s: 0.006,
             clock: 0.003,
@@ -88,6 +91,8 @@ pub(crate) enum Difference {
     Level(usize),
     /// Bias about x, y or z.
     Bias(usize),
+    /// Scale of the gyroscope.
+    Scale,
     /// Stiffness of the servos.
     Stiffness,
     /// Damping of the servos.
@@ -110,6 +115,8 @@ pub(crate) struct Trace {
 /// The walk of a model and the walks of models that differ from it in one thing.
 #[derive(Debug)]
 pub(crate) struct NearbyWalks {
+    /// How many samples of the record they cover.
+    samples: usize,
     body: OrientationSeries,
     changed: Vec<(Difference, OrientationSeries)>,
 }
@@ -119,7 +126,7 @@ const ANY_YAW_DEG: f64 = 180.0;
 
 impl Difference {
     /// All of them, in the order of their traces.
-    pub(crate) const ALL: [Self; 20] = [
+    pub(crate) const ALL: [Self; 21] = [
         Self::YawZero,
         Self::Lean(0),
         Self::Lean(1),
@@ -134,6 +141,7 @@ impl Difference {
         Self::Bias(0),
         Self::Bias(1),
         Self::Bias(2),
+        Self::Scale,
         Self::Stiffness,
         Self::Damping,
         Self::Friction,
@@ -159,6 +167,7 @@ impl Difference {
             Self::Bias(0) => "bias_x",
             Self::Bias(1) => "bias_y",
             Self::Bias(_) => "bias_z",
+            Self::Scale => "scale",
             Self::Stiffness => "stiffness",
             Self::Damping => "damping",
             Self::Friction => "friction",
@@ -217,6 +226,7 @@ impl Difference {
             }
             Self::Level(_) => {}
             Self::Bias(axis) => sensing.bias_dps[axis] += size * usual.bias_dps,
+            Self::Scale => sensing.scale *= 1.0 + size * usual.scale,
             Self::Stiffness => {
                 model.servo.stiffness_nm_per_rad *= (size * usual.ln_stiffness).exp();
             }
@@ -246,16 +256,13 @@ impl NearbyWalks {
         record: &WalkRecord,
     ) -> Result<Option<Self>, ModelError> {
         let of_body = Difference::ALL.into_iter().filter(|d| d.is_of_body());
-        Self::of(
-            usual,
-            model,
-            morphology,
-            record,
-            of_body.map(Some).collect(),
-        )
+        let samples = record.times_s().len();
+        let of_body = of_body.map(Some).collect();
+        Self::of(usual, model, morphology, record, samples, of_body)
     }
 
-    /// Walks the model only: usual differences of the body leave no trace then.
+    /// Walks the model only, to the end of the fitted stretch: usual differences of the body
+    /// leave no trace then, and of the unseen stretch nothing is known.
     ///
     /// # Errors
     /// [`ModelError`] when the model makes no sense.
@@ -265,7 +272,8 @@ impl NearbyWalks {
         morphology: &Morphology,
         record: &WalkRecord,
     ) -> Result<Option<Self>, ModelError> {
-        Self::of(usual, model, morphology, record, Vec::new())
+        let samples = record.fit().end;
+        Self::of(usual, model, morphology, record, samples, Vec::new())
     }
 
     fn of(
@@ -273,9 +281,9 @@ impl NearbyWalks {
         model: &WalkModel,
         morphology: &Morphology,
         record: &WalkRecord,
+        samples: usize,
         of_body: Vec<Option<Difference>>,
     ) -> Result<Option<Self>, ModelError> {
-        let samples = record.times_s().len();
         let models: Vec<(Option<Difference>, WalkModel)> = std::iter::once(None)
             .chain(of_body)
             .map(|difference| {
@@ -299,6 +307,7 @@ impl NearbyWalks {
         };
         let changed = walks.flatten();
         Ok(Some(Self {
+            samples,
             body,
             changed: changed
                 .filter_map(|(difference, walk)| Some((difference?, walk)))
@@ -306,9 +315,9 @@ impl NearbyWalks {
         }))
     }
 
-    /// What the model's sensor reports over the whole record.
+    /// What the model's sensor reports of these samples.
     pub(crate) fn predicted(&self, model: &WalkModel, record: &WalkRecord) -> Prediction {
-        model.predict(&self.body, record, record.times_s().len())
+        model.predict(&self.body, record, self.samples)
     }
 
     /// The traces of all usual differences, in their order. One whose walk diverges
@@ -319,7 +328,7 @@ impl NearbyWalks {
         model: &WalkModel,
         record: &WalkRecord,
     ) -> Vec<Trace> {
-        let samples = record.times_s().len();
+        let samples = self.samples;
         let plain = self.predicted(model, record);
         let of_body = |wanted: Difference| {
             let mut walks = self.changed.iter();
@@ -381,7 +390,7 @@ impl UsualDifferences {
         stride_s: f64,
         record: &WalkRecord,
     ) -> Axes<Vec<f64>> {
-        let times_s = record.times_s();
+        let times_s = &record.times_s()[..plain.yaw.len()];
         let walked_s = |time_s: f64| (time_s - record.start_s()).max(0.0);
         let start_index = times_s.partition_point(|time_s| *time_s < record.start_s());
         let yaw_at_start_deg = plain.yaw.get(start_index).copied().unwrap_or(0.0);

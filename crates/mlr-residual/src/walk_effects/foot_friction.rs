@@ -37,7 +37,7 @@ impl WalkEffect for FootFriction {
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        [0.15, 0.45].map(|share: f64| vec![share.ln()]).into()
+        [0.12, 0.25, 0.5].map(|share: f64| vec![share.ln()]).into()
     }
 
     fn apply(&self, place: Place, values: &[f64], model: &mut WalkModel) {

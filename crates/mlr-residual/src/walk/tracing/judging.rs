@@ -289,7 +289,7 @@ impl<'a> Tracing<'a> {
             }];
             let found = &judged.trial.effects;
             for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
-                ways.push(self.calibrated_contender(held, judged, state)?);
+                ways.extend(self.calibrated_contender(held, judged, state)?);
             }
             ways.retain(|way| way.judged.is_accepted());
             contenders.extend(
@@ -301,26 +301,32 @@ impl<'a> Tracing<'a> {
         Ok(contenders)
     }
 
-    /// A candidate as it is with the model calibrated around it. What the calibration gains
-    /// without the effect is none of its gain.
+    /// A candidate as it is with the model calibrated around it, if it is worth its price
+    /// then. What only this calibration gains, and would without the effect, is none of its
+    /// gain.
     fn calibrated_contender(
         &self,
         held: &State<'a>,
         judged: &Judged<'a>,
         state: State<'a>,
-    ) -> Result<Contender<'a>, WalkError> {
-        let found = &held.trial.effects;
-        let again = self.calibrated_from(&state.start(), &held.suspect(), found)?;
-        let again = again.filter(|again| again.total < held.total);
-        let before = again.as_ref().unwrap_or(held);
-        let trial = state.trial.clone();
-        Ok(Contender {
-            judged: Judged {
-                rarity: judged.rarity,
-                ..self.judge(before, &judged.base, &judged.suspect, trial)
-            },
+    ) -> Result<Option<Contender<'a>>, WalkError> {
+        let over = |before: &State<'a>| Judged {
+            rarity: judged.rarity,
+            ..self.judge(before, &judged.base, &judged.suspect, state.trial.clone())
+        };
+        let mut calibrated = over(held);
+        if calibrated.is_accepted() && !judged.is_accepted() {
+            let found = &held.trial.effects;
+            let again = self.calibrated_from(&state.start(), &held.suspect(), found)?;
+            if let Some(again) = again.filter(|again| again.total < held.total) {
+                calibrated = over(&again);
+            }
+        }
+        let contender = calibrated.is_accepted().then_some(Contender {
+            judged: calibrated,
             state,
-        })
+        });
+        Ok(contender)
     }
 }
 

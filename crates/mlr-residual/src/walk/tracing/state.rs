@@ -21,7 +21,7 @@ const SETTLED: f64 = 0.5;
 /// How much less probable a morphology may be after the first look, in the units of cost.
 const WITHIN: f64 = 25.0;
 /// The same for lost links gone or locked, where only one morphology is looked at.
-const WITHIN_OF_ONE: f64 = 100.0;
+const WITHIN_OF_ONE: f64 = 40.0;
 /// Other robots that effects are tried on.
 const MOST_BESIDE: usize = 4;
 /// Usual differences of the body in a model that cost less than this leave room for effects.
