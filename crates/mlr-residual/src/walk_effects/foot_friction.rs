@@ -33,7 +33,7 @@ impl WalkEffect for FootFriction {
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
         let ratio = Parameter::new("ln_friction", 0.0);
-        vec![ratio.step(0.15).bounds(-3.5, 1.0).neutral(0.0).usual(0.3)]
+        vec![ratio.step(0.15).bounds(-3.5, 1.0).neutral(0.0).usual(0.5)]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
