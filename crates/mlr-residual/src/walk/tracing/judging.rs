@@ -223,10 +223,26 @@ impl<'a> Tracing<'a> {
             rarity: placed.effect.rarity(&placed.values),
             chance: self.chance(held, &trial),
             is_usual: placed.is_usual(&base.calibration_model),
-            gain: gains(held, &trial),
+            gain: gains(self.without(held, base, suspect), &trial),
             suspect: suspect.clone(),
             base: Arc::clone(base),
             trial,
+        }
+    }
+
+    /// What an effect is measured by: the robot held, or the one that it was tried on where
+    /// that is likelier already.
+    fn without<'s>(
+        &self,
+        held: &'s State<'a>,
+        base: &'s State<'a>,
+        suspect: &Suspect,
+    ) -> &'s State<'a> {
+        let is_of_base = base.morphology == suspect.morphology;
+        if is_of_base && base.total < held.total {
+            base
+        } else {
+            held
         }
     }
 

@@ -188,8 +188,8 @@ impl<'a> Tracing<'a> {
             .collect()
     }
 
-    /// The likeliest of the suspects, unless it is hardly likelier than the first of those
-    /// that are `known`; with it the others that are hardly less likely.
+    /// The likeliest of the suspects, unless it has other damaged legs and is hardly likelier
+    /// than the first of those that are `known`; with it the others that are hardly less likely.
     pub(super) fn weighed(
         &self,
         known: Vec<State<'a>>,
@@ -215,10 +215,17 @@ impl<'a> Tracing<'a> {
         let mut beside: Vec<Arc<State<'a>>> = states.collect();
         beside.sort_by(|a, b| a.total.total_cmp(&b.total));
         let switch_gain = self.settings.switch_gain;
-        if let Some(best) = beside.first_mut()
-            && best.total < held.total - switch_gain
+        // Which links of the damaged legs are gone is a lesser question than which legs.
+        let legs = held.morphology.damaged_legs();
+        let needed = |other: &State<'_>| match other.morphology.damaged_legs() == legs {
+            true => 0.0,
+            false => switch_gain,
+        };
+        if let Some(better) = beside
+            .iter_mut()
+            .find(|other| other.total < held.total - needed(other))
         {
-            std::mem::swap(best, &mut held);
+            std::mem::swap(better, &mut held);
         }
         beside.retain(|other| other.total < held.total + switch_gain / 2.0);
         beside.truncate(MOST_BESIDE);
