@@ -35,8 +35,8 @@ pub struct TracingSettings {
     /// Candidates this close to the best in their gains on both stretches together are
     /// its rivals.
     pub rival_gain: f64,
-    /// What another morphology must gain on both stretches together before it takes the
-    /// place of the one identified.
+    /// What a morphology with other damaged legs must gain on both stretches together before
+    /// it takes the place of the one identified.
     pub switch_gain: f64,
     /// What the model leaves of robots that lack nothing.
     pub remainder: UsualRemainder,

@@ -312,7 +312,7 @@ impl<'a> Tracing<'a> {
         Ok(best)
     }
 
-    /// The same from a model that is calibrated already, the effects fitted once.
+    /// The same once, the calibration beginning at `start`.
     pub(super) fn calibrated_from(
         &self,
         start: &Start,
