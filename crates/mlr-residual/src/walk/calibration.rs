@@ -59,7 +59,7 @@ impl Start {
     pub(crate) fn described(model: WalkModel) -> Self {
         Self {
             model,
-            there: vec![0.0; Difference::ALL.len()],
+            there: Difference::none(),
         }
     }
 }
@@ -144,8 +144,8 @@ impl<'a> Calibration<'a> {
         let ComparisonSettings { usual, weights } = settings;
         let walks = NearbyWalks::new(usual, model, morphology, record)?;
         Ok(walks.map(|walks| {
-            let there = vec![0.0; Difference::ALL.len()];
-            Comparison::new(record, *weights, walks.traces(usual, model, record), there)
+            let traces = walks.traces(usual, model, record);
+            Comparison::new(record, *weights, traces, Difference::none())
         }))
     }
 }

@@ -150,6 +150,11 @@ impl Difference {
         Self::CenterOfMass(2),
     ];
 
+    /// The sizes of a robot that is as described.
+    pub(crate) fn none() -> Vec<f64> {
+        vec![0.0; Self::ALL.len()]
+    }
+
     /// Its name in reports.
     pub(crate) fn name(self) -> &'static str {
         match self {

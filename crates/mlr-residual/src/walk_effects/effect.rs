@@ -115,6 +115,15 @@ pub(super) fn named<'n>(values: impl IntoIterator<Item = (&'n str, f64)>) -> BTr
         .collect()
 }
 
+/// How much later than usual something happens.
+pub(super) fn delay() -> Parameter {
+    Parameter::new("delay_s", 0.0)
+        .step(0.005)
+        .bounds(0.0, 0.5)
+        .neutral(0.0)
+        .usual(0.01)
+}
+
 /// Points on a circle of this radius.
 pub(super) fn around(points: u32, radius: f64) -> Vec<[f64; 2]> {
     (0..points)

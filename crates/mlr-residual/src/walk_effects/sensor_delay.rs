@@ -1,6 +1,9 @@
 use std::collections::BTreeMap;
 
-use super::{Place, WalkEffect, effect::named};
+use super::{
+    Place, WalkEffect,
+    effect::{delay, named},
+};
 use crate::{
     Parameter,
     walk::{WalkModel, WalkRecord},
@@ -20,13 +23,7 @@ impl WalkEffect for SensorDelay {
     }
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        vec![
-            Parameter::new("delay_s", 0.0)
-                .step(0.005)
-                .bounds(0.0, 0.5)
-                .neutral(0.0)
-                .usual(0.01),
-        ]
+        vec![delay()]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
