@@ -15,8 +15,10 @@ use crate::{
     },
 };
 
-/// Kinds of effect that are calibrated in full before one is added.
+/// Kinds of effect that are calibrated in full before one is added, and the robots on which
+/// each is.
 const CONTENDERS: usize = 3;
+const ROBOTS_EACH: usize = 2;
 /// What an effect must gain on either stretch, over its price. Twice the price on both together
 /// may come from one of them for the most part: robots that turn, and faults that come and go,
 /// show an effect in one half of a walk more than in the other.
@@ -94,23 +96,50 @@ fn sort(judged: &mut [Judged<'_>]) {
     });
 }
 
+/// The best candidates of the best kinds, each of a kind on another robot: without the effect,
+/// none of the robots that it may be on is the likeliest for certain.
+fn most_promising<'j, 'a>(judged: &'j [Judged<'a>]) -> Vec<Vec<&'j Judged<'a>>> {
+    let mut kinds: Vec<Vec<&Judged<'a>>> = Vec::new();
+    for judged in judged.iter().filter(|judged| judged.is_promising()) {
+        let of_kind = |known: &Vec<&Judged<'a>>| known[0].kind() == judged.kind();
+        match kinds.iter().position(of_kind) {
+            Some(kind) => {
+                let known = &mut kinds[kind];
+                let is_known = known.iter().any(|other| other.suspect == judged.suspect);
+                if known.len() < ROBOTS_EACH && !is_known {
+                    known.push(judged);
+                }
+            }
+            None if kinds.len() < CONTENDERS => kinds.push(vec![judged]),
+            None => {}
+        }
+    }
+    kinds
+}
+
 impl<'a> Tracing<'a> {
-    /// Every effect on top of those found, best first: on the robot as it is held to be,
-    /// calibrated and as described, because what is usual can stand in for an effect; on the
-    /// robots that it may be as well; and on each of its damaged legs as if that leg were
-    /// whole, because a leg that does not do its part passes for a lost one. Where the best is a
-    /// fault of a leg, all that may be wrong with that leg is fitted in earnest.
+    /// Every effect on top of those found, best first: on the robot as it is held to be, and on
+    /// those that it may be as well; where these miss links of the same legs, calibrated and as
+    /// described, because what is usual can stand in for an effect; and on each damaged leg of
+    /// all of them as if that leg were whole, because a leg that does not do its part passes for
+    /// a lost one. Where the best is a fault of a leg, all that may be wrong with that leg is
+    /// fitted in earnest.
     pub(super) fn round(&self, known: &Hypotheses<'a>) -> Result<Vec<Judged<'a>>, WalkError> {
         let held = &known.held;
-        let mut judged = self.try_on(held, held, &held.suspect(), Screening::BROAD, |_| true);
-        if let Some(described) = self.uncalibrated(held)? {
-            let described = Arc::new(described);
-            let suspect = held.suspect();
-            judged.extend(self.try_on(held, &described, &suspect, Screening::BROAD, |_| true));
-        }
-        for beside in &known.beside {
-            let suspect = beside.suspect();
-            judged.extend(self.try_on(held, beside, &suspect, Screening::BESIDE, |_| true));
+        let mut judged = Vec::new();
+        for base in std::iter::once(held).chain(&known.beside) {
+            let screening = match Arc::ptr_eq(base, held) {
+                true => Screening::BROAD,
+                false => Screening::BESIDE,
+            };
+            let suspect = base.suspect();
+            judged.extend(self.try_on(held, base, &suspect, screening, |_| true));
+            if !base.has_same_legs(held) {
+                continue;
+            }
+            if let Some(described) = self.uncalibrated(base)?.map(Arc::new) {
+                judged.extend(self.try_on(held, &described, &suspect, screening, |_| true));
+            }
         }
         for (base, leg, restored) in self.with_a_leg_restored(known) {
             let on_leg = |last: &Placed| last.place.leg() == leg + 1;
@@ -219,7 +248,7 @@ impl<'a> Tracing<'a> {
             false => 1.0,
         };
         Judged {
-            price: times * of_effect + self.switching(held, suspect),
+            price: times * of_effect + self.switching(held, suspect, placed.place.leg()),
             rarity: placed.effect.rarity(&placed.values),
             chance: self.chance(held, &trial),
             is_usual: placed.is_usual(&base.calibration_model),
@@ -246,16 +275,21 @@ impl<'a> Tracing<'a> {
         }
     }
 
-    /// What an effect on another robot than the one held must gain more on either stretch:
-    /// other damaged legs must be far better, half of it on each, and what is less probable
-    /// beforehand by so much more.
-    fn switching(&self, held: &State<'a>, suspect: &Suspect) -> f64 {
+    /// What an effect on `leg`, from 1 (0: on none), of another robot than the one held must gain
+    /// more on either stretch: other damaged legs must be far better, half of it on each, and
+    /// what is less probable beforehand by so much more. A damaged leg that is whole but for
+    /// the effect is no other leg.
+    fn switching(&self, held: &State<'a>, suspect: &Suspect, leg: usize) -> f64 {
         let less_probable = held.ln_prior - suspect.ln_prior;
-        let is_alike = suspect.morphology.damaged_legs() == held.morphology.damaged_legs();
-        let far_better = if is_alike {
-            0.0
-        } else {
-            self.settings.switch_gain / 2.0
+        let legs = held.morphology.damaged_legs();
+        let mut at_fault = suspect.morphology.damaged_legs();
+        if !at_fault.contains(&leg) && legs.contains(&leg) {
+            at_fault.push(leg);
+            at_fault.sort_unstable();
+        }
+        let far_better = match at_fault == legs {
+            true => 0.0,
+            false => self.settings.switch_gain / 2.0,
         };
         (far_better + less_probable).max(0.0)
     }
@@ -283,29 +317,26 @@ impl<'a> Tracing<'a> {
         blocks
     }
 
-    /// The best candidates, each of another kind, as they were tried and with the model
-    /// calibrated around them, lost links gone and locked: what an effect gains, and which it
-    /// is, may look otherwise then. Those that are worth their price, best first.
+    /// The most promising candidates as they were tried and with the model calibrated around
+    /// them, lost links gone and locked: what an effect gains, and which it is, may look
+    /// otherwise then. Those that are worth their price, best first.
     pub(super) fn contenders(
         &self,
         held: &State<'a>,
         judged: &[Judged<'a>],
     ) -> Result<Vec<Contender<'a>>, WalkError> {
-        let mut kinds: Vec<&Judged<'a>> = Vec::new();
-        for judged in judged.iter().filter(|judged| judged.is_promising()) {
-            if kinds.len() < CONTENDERS && !kinds.iter().any(|k| k.kind() == judged.kind()) {
-                kinds.push(judged);
-            }
-        }
         let mut contenders = Vec::new();
-        for judged in kinds {
-            let mut ways = vec![Contender {
-                state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
-                judged: judged.clone(),
-            }];
-            let found = &judged.trial.effects;
-            for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
-                ways.extend(self.calibrated_contender(held, judged, state)?);
+        for kind in most_promising(judged) {
+            let mut ways = Vec::new();
+            for judged in kind {
+                ways.push(Contender {
+                    state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
+                    judged: judged.clone(),
+                });
+                let found = &judged.trial.effects;
+                for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
+                    ways.extend(self.calibrated_contender(held, judged, state)?);
+                }
             }
             ways.retain(|way| way.judged.is_accepted());
             contenders.extend(

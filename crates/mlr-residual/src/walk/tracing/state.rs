@@ -12,9 +12,9 @@ use crate::walk::{
 };
 
 /// Robots that are calibrated in full after a first look at all.
-const FINALISTS: usize = 5;
+const FINALISTS: usize = 6;
 /// Of these, those that may have the same damaged legs.
-const FINALISTS_ALIKE: usize = 2;
+const FINALISTS_ALIKE: usize = 3;
 /// Turns of calibration and fit, and the gain below which they have settled.
 const TURNS: usize = 2;
 const SETTLED: f64 = 0.5;
@@ -22,8 +22,11 @@ const SETTLED: f64 = 0.5;
 const WITHIN: f64 = 25.0;
 /// The same for lost links gone or locked, where only one morphology is looked at.
 const WITHIN_OF_ONE: f64 = 40.0;
+/// How much less probable other links of the same damaged legs may be for effects to be tried
+/// on them: without its effect the right robot may do far worse than one with other links.
+const WITHIN_OF_LINKS: f64 = 40.0;
 /// Other robots that effects are tried on.
-const MOST_BESIDE: usize = 4;
+const MOST_BESIDE: usize = 5;
 /// Usual differences of the body in a model that cost less than this leave room for effects.
 const WORTH_UNDOING: f64 = 2.0;
 
@@ -43,6 +46,11 @@ pub(super) struct State<'a> {
 impl State<'_> {
     pub(super) fn lost_links(&self) -> LostLinks {
         self.calibration_model.simulation.lost_links
+    }
+
+    /// Whether the same legs are damaged, whichever of their links are left.
+    pub(super) fn has_same_legs(&self, other: &State<'_>) -> bool {
+        self.morphology.damaged_legs() == other.morphology.damaged_legs()
     }
 
     pub(super) fn walker(&self) -> Walker<'_> {
@@ -87,7 +95,7 @@ impl State<'_> {
 /// The robot as it is held to be, and others that it may be as well.
 pub(super) struct Hypotheses<'a> {
     pub(super) held: Arc<State<'a>>,
-    /// Hardly less likely, the likeliest first.
+    /// Hardly less likely, or other links of the same legs, the likeliest first.
     pub(super) beside: Vec<Arc<State<'a>>>,
 }
 
@@ -216,18 +224,21 @@ impl<'a> Tracing<'a> {
         beside.sort_by(|a, b| a.total.total_cmp(&b.total));
         let switch_gain = self.settings.switch_gain;
         // Which links of the damaged legs are gone is a lesser question than which legs.
-        let legs = held.morphology.damaged_legs();
-        let needed = |other: &State<'_>| match other.morphology.damaged_legs() == legs {
+        let needed = |other: &State<'_>| match other.has_same_legs(&held) {
             true => 0.0,
             false => switch_gain,
         };
-        if let Some(better) = beside
-            .iter_mut()
-            .find(|other| other.total < held.total - needed(other))
-        {
-            std::mem::swap(better, &mut held);
+        let better = beside
+            .iter()
+            .position(|other| other.total < held.total - needed(other));
+        if let Some(better) = better {
+            std::mem::swap(&mut beside[better], &mut held);
         }
-        beside.retain(|other| other.total < held.total + switch_gain / 2.0);
+        let within = |other: &State<'_>| match other.has_same_legs(&held) {
+            true => WITHIN_OF_LINKS,
+            false => switch_gain / 2.0,
+        };
+        beside.retain(|other| other.total < held.total + within(other));
         beside.truncate(MOST_BESIDE);
         Ok(Some(Hypotheses { held, beside }))
     }
