@@ -4,11 +4,7 @@ use std::collections::BTreeMap;
 
 use mlr_model::LostLinks;
 
-use super::{
-    Tracing, errors,
-    judging::{Contender, Judged},
-    state::State,
-};
+use super::{Tracing, contenders::Contender, errors, judging::Judged, state::State};
 use crate::{
     statistics::chance_of_gain,
     walk::{

@@ -1,5 +1,6 @@
 //! Tracing a residual to effects that the model lacks.
 
+mod contenders;
 mod findings;
 mod judging;
 mod round;

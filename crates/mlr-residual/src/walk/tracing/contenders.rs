@@ -1,0 +1,105 @@
+//! The most promising candidates with the model calibrated around them, and which of them
+//! comes first.
+
+use super::{Tracing, judging::Judged, state::State};
+use crate::walk::WalkError;
+
+/// Kinds of effect that are calibrated in full before one is added, and the robots on which
+/// each is.
+const CONTENDERS: usize = 3;
+const ROBOTS_EACH: usize = 2;
+
+/// An effect and the state with it.
+pub(super) struct Contender<'a> {
+    pub(super) judged: Judged<'a>,
+    pub(super) state: State<'a>,
+}
+
+impl Contender<'_> {
+    /// What all contenders are measured by.
+    pub(super) fn cost(&self) -> f64 {
+        self.state.total + self.judged.price + self.judged.rarity
+    }
+}
+
+impl<'a> Tracing<'a> {
+    /// The most promising candidates as they were tried and with the model calibrated around
+    /// them, lost links gone and locked: what an effect gains, and which it is, may look
+    /// otherwise then. Those that are worth their price, best first.
+    pub(super) fn contenders(
+        &self,
+        held: &State<'a>,
+        judged: &[Judged<'a>],
+    ) -> Result<Vec<Contender<'a>>, WalkError> {
+        let mut contenders = Vec::new();
+        for kind in most_promising(judged) {
+            let mut ways = Vec::new();
+            for judged in kind {
+                ways.push(Contender {
+                    state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
+                    judged: judged.clone(),
+                });
+                let found = &judged.trial.effects;
+                for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
+                    ways.extend(self.calibrated_contender(held, judged, state)?);
+                }
+            }
+            ways.retain(|way| way.judged.is_accepted());
+            contenders.extend(
+                ways.into_iter()
+                    .min_by(|a, b| a.cost().total_cmp(&b.cost())),
+            );
+        }
+        contenders.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        Ok(contenders)
+    }
+
+    /// A candidate as it is with the model calibrated around it, if it is worth its price
+    /// then. What only this calibration gains, and would without the effect, is none of its
+    /// gain.
+    fn calibrated_contender(
+        &self,
+        held: &State<'a>,
+        judged: &Judged<'a>,
+        state: State<'a>,
+    ) -> Result<Option<Contender<'a>>, WalkError> {
+        let over = |before: &State<'a>| Judged {
+            rarity: judged.rarity,
+            ..self.judge(before, &judged.base, &judged.suspect, state.trial.clone())
+        };
+        let mut calibrated = over(held);
+        if calibrated.is_accepted() && !judged.is_accepted() {
+            let found = &held.trial.effects;
+            let again = self.calibrated_from(&state.start(), &held.suspect(), found)?;
+            if let Some(again) = again.filter(|again| again.total < held.total) {
+                calibrated = over(&again);
+            }
+        }
+        let contender = calibrated.is_accepted().then_some(Contender {
+            judged: calibrated,
+            state,
+        });
+        Ok(contender)
+    }
+}
+
+/// The best candidates of the best kinds, each of a kind on another robot: without the effect,
+/// none of the robots that it may be on is the likeliest for certain.
+fn most_promising<'j, 'a>(judged: &'j [Judged<'a>]) -> Vec<Vec<&'j Judged<'a>>> {
+    let mut kinds: Vec<Vec<&Judged<'a>>> = Vec::new();
+    for judged in judged.iter().filter(|judged| judged.is_promising()) {
+        let of_kind = |known: &Vec<&Judged<'a>>| known[0].kind() == judged.kind();
+        match kinds.iter().position(of_kind) {
+            Some(kind) => {
+                let known = &mut kinds[kind];
+                let is_known = known.iter().any(|other| other.suspect == judged.suspect);
+                if known.len() < ROBOTS_EACH && !is_known {
+                    known.push(judged);
+                }
+            }
+            None if kinds.len() < CONTENDERS => kinds.push(vec![judged]),
+            None => {}
+        }
+    }
+    kinds
+}
