@@ -5,7 +5,7 @@ use super::{Tracing, judging::Judged, state::State};
 use crate::walk::WalkError;
 
 /// Kinds of effect that are calibrated in full before one is added, and the robots on which
-/// each is.
+/// each is at most.
 const CONTENDERS: usize = 3;
 const ROBOTS_EACH: usize = 2;
 
@@ -23,9 +23,8 @@ impl Contender<'_> {
 }
 
 impl<'a> Tracing<'a> {
-    /// The most promising candidates as they were tried and with the model calibrated around
-    /// them, lost links gone and locked: what an effect gains, and which it is, may look
-    /// otherwise then. Those that are worth their price, best first.
+    /// Those of the most promising candidates that are worth their price, best first; of a kind
+    /// the one on the first robot on which it is.
     pub(super) fn contenders(
         &self,
         held: &State<'a>,
@@ -33,25 +32,39 @@ impl<'a> Tracing<'a> {
     ) -> Result<Vec<Contender<'a>>, WalkError> {
         let mut contenders = Vec::new();
         for kind in most_promising(judged) {
-            let mut ways = Vec::new();
             for judged in kind {
-                ways.push(Contender {
-                    state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
-                    judged: judged.clone(),
-                });
-                let found = &judged.trial.effects;
-                for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
-                    ways.extend(self.calibrated_contender(held, judged, state)?);
+                let ways = self.accepted_ways(held, judged)?.into_iter();
+                let best = ways.min_by(|a, b| a.cost().total_cmp(&b.cost()));
+                if let Some(best) = best {
+                    contenders.push(best);
+                    break;
                 }
             }
-            ways.retain(|way| way.judged.is_accepted());
-            contenders.extend(
-                ways.into_iter()
-                    .min_by(|a, b| a.cost().total_cmp(&b.cost())),
-            );
         }
         contenders.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         Ok(contenders)
+    }
+
+    /// A candidate as it was tried and with the model calibrated around it, lost links gone and
+    /// locked, wherever it is worth its price: what an effect gains, and which it is, may look
+    /// otherwise then.
+    fn accepted_ways(
+        &self,
+        held: &State<'a>,
+        judged: &Judged<'a>,
+    ) -> Result<Vec<Contender<'a>>, WalkError> {
+        let mut ways = Vec::new();
+        if judged.is_accepted() {
+            ways.push(Contender {
+                state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
+                judged: judged.clone(),
+            });
+        }
+        let found = &judged.trial.effects;
+        for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
+            ways.extend(self.calibrated_contender(held, judged, state)?);
+        }
+        Ok(ways)
     }
 
     /// A candidate as it is with the model calibrated around it, if it is worth its price
