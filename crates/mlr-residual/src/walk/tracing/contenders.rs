@@ -32,8 +32,8 @@ impl<'a> Tracing<'a> {
     ) -> Result<Vec<Contender<'a>>, WalkError> {
         let mut contenders = Vec::new();
         for kind in most_promising(judged) {
-            for judged in kind {
-                let ways = self.accepted_ways(held, judged)?.into_iter();
+            for candidate in kind {
+                let ways = self.accepted_ways(held, candidate)?.into_iter();
                 let best = ways.min_by(|a, b| a.cost().total_cmp(&b.cost()));
                 if let Some(best) = best {
                     contenders.push(best);
