@@ -39,9 +39,7 @@ struct BuildOptions {
 pub(super) fn run(options: &AtlasOptions) -> anyhow::Result<()> {
     let AtlasCommand::Build(options) = &options.command;
     let started = Instant::now();
-    let settings: IdentifySettings =
-        model_files::load(options.config.as_ref(), |text| toml::from_str(text))?
-            .unwrap_or_default();
+    let settings: IdentifySettings = model_files::settings(options.config.as_deref())?;
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
     let plan = atlas::AtlasPlan::default();
     let bar = Bar::new();

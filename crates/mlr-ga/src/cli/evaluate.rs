@@ -13,10 +13,9 @@ use serde::Serialize;
 
 use super::{
     identify::SearchName,
-    model_files::{self, AtlasFile, ModelFiles},
-    output,
+    model_files,
     progress::Bar,
-    scored::Scored,
+    scored::{EvaluationOptions, Scored},
 };
 
 /// Version of the JSON output.
@@ -24,28 +23,17 @@ const SCHEMA: &str = "mlr.evaluation/1";
 
 #[derive(Debug, Args)]
 pub(super) struct EvaluateOptions {
-    /// Directories of logs, each with a truth.json that says what was done to the robots.
-    #[arg(required = true, value_name = "DIR")]
-    directories: Vec<PathBuf>,
+    #[command(flatten)]
+    of: EvaluationOptions,
     /// How to search the morphologies.
     #[arg(long, value_enum)]
     search: Option<SearchName>,
-    #[command(flatten)]
-    atlas: AtlasFile,
-    /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Print one JSON object instead of tables.
-    #[arg(long)]
-    json: bool,
     /// Length of the compared stretch [default: 5 s].
     #[arg(long, value_name = "SECONDS")]
     window_s: Option<f64>,
     /// All settings, in TOML.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    #[command(flatten)]
-    model: ModelFiles,
 }
 
 #[derive(Serialize)]
@@ -65,14 +53,12 @@ struct DirectoryReport {
 }
 
 pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
-    let mut settings: IdentifySettings =
-        model_files::load(options.config.as_ref(), |text| toml::from_str(text))?
-            .unwrap_or_default();
+    let mut settings: IdentifySettings = model_files::settings(options.config.as_deref())?;
     if let Some(window_s) = options.window_s {
         settings.window_s = window_s;
     }
-    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
-    let atlas = options.atlas.open(&robot, &gait, &settings)?;
+    let (robot, gait) = (options.of.model.robot()?, options.of.model.gait()?);
+    let atlas = options.of.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
         robot: &robot,
         gait: &gait,
@@ -84,6 +70,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     let search = name.search(1);
     let layout = robot.layout();
     let directories: Vec<(PathBuf, Vec<Truth>)> = options
+        .of
         .directories
         .iter()
         .map(|directory| Ok((directory.clone(), read_truths(directory, &layout)?)))
@@ -93,7 +80,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     let reports: Vec<DirectoryReport> = directories
         .into_iter()
         .map(|(directory, truths)| {
-            let score = |truth: &Truth| score(truth, model, &settings, search, options.seed);
+            let score = |truth: &Truth| score(truth, model, &settings, search, options.of.seed);
             let scored = Scored::all(&truths, |truth| &truth.name, &bar, score);
             DirectoryReport {
                 total: TotalScore::new(&scored.logs, scored.unanswered(), &gait),
@@ -117,12 +104,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         directories: reports,
         total: TotalScore::new(&all, unanswered, &gait),
     };
-    let text = if options.json {
-        serde_json::to_string(&report)? + "\n"
-    } else {
-        report.tables(&layout)
-    };
-    Ok(output::result(&text)?)
+    options.of.print(&report, |report| report.tables(&layout))
 }
 
 fn score(

@@ -16,10 +16,9 @@ use serde::Serialize;
 
 use super::{
     identify::SearchName,
-    model_files::{self, AtlasFile, ModelFiles},
-    output,
+    model_files,
     progress::Bar,
-    scored::Scored,
+    scored::{EvaluationOptions, Scored},
 };
 
 /// Version of the JSON output.
@@ -27,25 +26,14 @@ const SCHEMA: &str = "mlr.effects-evaluation/1";
 
 #[derive(Debug, Args)]
 pub(super) struct EvaluateEffectsOptions {
-    /// Directories of logs, each with a truth.json that says what was done to the robots.
-    #[arg(required = true, value_name = "DIR")]
-    directories: Vec<PathBuf>,
+    #[command(flatten)]
+    of: EvaluationOptions,
     /// Only logs whose names contain this.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
-    #[command(flatten)]
-    atlas: AtlasFile,
-    /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Print one JSON object instead of tables.
-    #[arg(long)]
-    json: bool,
     /// All settings of the tracing, in TOML.
     #[arg(long, value_name = "FILE")]
     tracing: Option<PathBuf>,
-    #[command(flatten)]
-    model: ModelFiles,
 }
 
 #[derive(Serialize)]
@@ -58,11 +46,9 @@ struct Report {
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
     let identify = IdentifySettings::default();
-    let tracing: TracingSettings =
-        model_files::load(options.tracing.as_ref(), |text| toml::from_str(text))?
-            .unwrap_or_default();
-    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
-    let atlas = options.atlas.open(&robot, &gait, &identify)?;
+    let tracing: TracingSettings = model_files::settings(options.tracing.as_deref())?;
+    let (robot, gait) = (options.of.model.robot()?, options.of.model.gait()?);
+    let atlas = options.of.atlas.open(&robot, &gait, &identify)?;
     let model = Model {
         robot: &robot,
         gait: &gait,
@@ -72,10 +58,10 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
         identify: &identify,
         search: SearchName::default_with(atlas.is_some()).search(1),
         tracing: &tracing,
-        seed: options.seed,
+        seed: options.of.seed,
     };
     let mut truths = Vec::new();
-    for directory in &options.directories {
+    for directory in &options.of.directories {
         truths.extend(read_effects_truths(directory, &robot.layout())?);
     }
     if let Some(text) = &options.only {
@@ -90,12 +76,7 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
         total: EffectsTotal::new(&scored.logs),
         scored,
     };
-    let text = if options.json {
-        serde_json::to_string(&report)? + "\n"
-    } else {
-        report.tables()
-    };
-    Ok(output::result(&text)?)
+    options.of.print(&report, Report::tables)
 }
 
 fn score(

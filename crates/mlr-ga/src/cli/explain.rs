@@ -70,13 +70,9 @@ pub(super) struct Report<'a> {
 
 pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let started = Instant::now();
-    let mut settings: IdentifySettings =
-        model_files::load(options.config.as_ref(), |text| toml::from_str(text))?
-            .unwrap_or_default();
+    let mut settings: IdentifySettings = model_files::settings(options.config.as_deref())?;
     settings.motion_start_s = options.start_s.or(settings.motion_start_s);
-    let tracing: TracingSettings =
-        model_files::load(options.tracing.as_ref(), |text| toml::from_str(text))?
-            .unwrap_or_default();
+    let tracing: TracingSettings = model_files::settings(options.tracing.as_deref())?;
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
     let output = options
         .output

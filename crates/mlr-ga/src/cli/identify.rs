@@ -137,9 +137,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
 
 impl IdentifyOptions {
     fn settings(&self) -> anyhow::Result<IdentifySettings> {
-        let mut settings: IdentifySettings =
-            model_files::load(self.config.as_ref(), |text| toml::from_str(text))?
-                .unwrap_or_default();
+        let mut settings: IdentifySettings = model_files::settings(self.config.as_deref())?;
         if let Some(window_s) = self.window_s {
             settings.window_s = window_s;
         }

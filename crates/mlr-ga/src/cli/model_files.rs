@@ -1,11 +1,15 @@
 //! Robot and gait, embedded or from the user's files, and their atlas.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::{IdentifySettings, atlas::Atlas};
 use mlr_model::{Gait, Robot};
+use serde::de::DeserializeOwned;
 
 /// Replaces the embedded robot and gait.
 #[derive(Debug, Args)]
@@ -20,12 +24,12 @@ pub(super) struct ModelFiles {
 
 impl ModelFiles {
     pub(super) fn robot(&self) -> anyhow::Result<Robot> {
-        load(self.robot.as_ref(), Robot::from_toml)
+        load(self.robot.as_deref(), Robot::from_toml)
             .map(|robot| robot.unwrap_or_else(Robot::jethexa))
     }
 
     pub(super) fn gait(&self) -> anyhow::Result<Gait> {
-        load(self.gait.as_ref(), Gait::from_toml).map(|gait| gait.unwrap_or_else(Gait::tripod))
+        load(self.gait.as_deref(), Gait::from_toml).map(|gait| gait.unwrap_or_else(Gait::tripod))
     }
 }
 
@@ -52,9 +56,14 @@ impl AtlasFile {
     }
 }
 
+/// Settings from a file in TOML; the default ones where none is named.
+pub(super) fn settings<S: DeserializeOwned + Default>(path: Option<&Path>) -> anyhow::Result<S> {
+    load(path, |text| toml::from_str(text)).map(Option::unwrap_or_default)
+}
+
 /// Reads and parses a file, if there is one to read; errors name it.
-pub(super) fn load<T, E>(
-    path: Option<&PathBuf>,
+fn load<T, E>(
+    path: Option<&Path>,
     parse: impl FnOnce(&str) -> Result<T, E>,
 ) -> anyhow::Result<Option<T>>
 where

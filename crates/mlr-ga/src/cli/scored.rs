@@ -1,8 +1,49 @@
 //! Logs whose truth is known, answered one after the other.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use serde::Serialize;
 
-use super::progress::Bar;
+use super::{
+    model_files::{AtlasFile, ModelFiles},
+    output,
+    progress::Bar,
+};
+
+/// What every evaluation is told.
+#[derive(Debug, Args)]
+pub(super) struct EvaluationOptions {
+    /// Directories of logs, each with a truth.json that says what was done to the robots.
+    #[arg(required = true, value_name = "DIR")]
+    pub(super) directories: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) atlas: AtlasFile,
+    /// Makes every run repeatable.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Print one JSON object instead of tables.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    pub(super) model: ModelFiles,
+}
+
+impl EvaluationOptions {
+    /// Prints a report, as asked for.
+    pub(super) fn print<R: Serialize>(
+        &self,
+        report: &R,
+        tables: impl FnOnce(&R) -> String,
+    ) -> anyhow::Result<()> {
+        let text = if self.json {
+            serde_json::to_string(report)? + "\n"
+        } else {
+            tables(report)
+        };
+        Ok(output::result(&text)?)
+    }
+}
 
 /// The scores of the logs that were answered, and why the others were not.
 #[derive(Serialize)]
