@@ -102,6 +102,14 @@ impl<'a> Comparison<'a> {
         }
     }
 
+    /// The same with another division of the record into what is fitted and what is not.
+    pub(crate) fn with_record(&self, record: &'a WalkRecord) -> Self {
+        Self {
+            record,
+            ..self.clone()
+        }
+    }
+
     /// The same without any usual difference but the zeros of yaw and time: the model as
     /// described.
     pub(crate) fn as_described(&self) -> Comparison<'a> {

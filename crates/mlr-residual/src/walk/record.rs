@@ -23,7 +23,9 @@ pub struct WalkRecord {
 }
 
 /// Longest stretch that is fitted, and that is judged.
-const LONGEST_S: f64 = 8.0;
+const LONGEST_S: f64 = 6.0;
+/// Share of the fitted stretch that first looks are taken at.
+const BRIEF: f64 = 0.6;
 /// Shortest one of any use: a gait's cycle and a half.
 const SHORTEST_S: f64 = 1.5;
 /// Standing longer ago than this before the walk is left out.
@@ -111,6 +113,15 @@ impl WalkRecord {
         Self {
             is_dead_reckoned: true,
             ..self
+        }
+    }
+
+    /// The same, where only the beginning of the stretch is fitted.
+    pub(crate) fn brief(&self) -> Self {
+        let samples = (BRIEF * self.fit.len() as f64).ceil() as usize;
+        Self {
+            fit: self.fit.start..self.fit.start + samples,
+            ..self.clone()
         }
     }
 
@@ -240,9 +251,19 @@ mod tests {
     }
 
     #[test]
+    fn a_brief_record_is_fitted_on_the_beginning_only() {
+        let record = WalkRecord::new(&recording(12.0), 2.0, false, 2.0, None).unwrap();
+        let brief = record.brief();
+        assert_eq!(brief.fit().start, record.fit().start);
+        let [length, whole] = [&brief, &record].map(|record| record.fit().len() as f64);
+        assert!((length / whole - BRIEF).abs() < 0.01, "{length} {whole}");
+        assert_eq!(brief.unseen(), record.unseen());
+    }
+
+    #[test]
     fn a_long_walk_is_cut_and_a_short_one_refused() {
         let long = WalkRecord::new(&recording(60.0), 2.0, false, 2.0, None).unwrap();
-        assert!((long.times_s().last().unwrap() - 18.0).abs() < 0.1);
+        assert!((long.times_s().last().unwrap() - 14.0).abs() < 0.1);
         let error = WalkRecord::new(&recording(4.0), 2.0, false, 2.0, None).unwrap_err();
         assert!(error.to_string().contains("2.0 s of the walk"), "{error}");
         assert!(error.is_recordings_fault());

@@ -8,6 +8,8 @@ use crate::walk::WalkError;
 /// each is at most.
 const CONTENDERS: usize = 3;
 const ROBOTS_EACH: usize = 2;
+/// How much more than the best contender a candidate may cost before it is calibrated.
+const WITHIN: f64 = 40.0;
 
 /// An effect and the state with it.
 pub(super) struct Contender<'a> {
@@ -30,9 +32,12 @@ impl<'a> Tracing<'a> {
         held: &State<'a>,
         judged: &[Judged<'a>],
     ) -> Result<Vec<Contender<'a>>, WalkError> {
-        let mut contenders = Vec::new();
+        let mut contenders: Vec<Contender<'a>> = Vec::new();
         for kind in most_promising(judged) {
-            for candidate in kind {
+            let costs = contenders.iter().map(Contender::cost);
+            let most = costs.fold(f64::INFINITY, f64::min) + WITHIN;
+            let is_within = |candidate: &&Judged<'a>| self.as_tried(candidate).cost() < most;
+            for candidate in kind.into_iter().filter(is_within) {
                 let ways = self.accepted_ways(held, candidate)?.into_iter();
                 let best = ways.min_by(|a, b| a.cost().total_cmp(&b.cost()));
                 if let Some(best) = best {
@@ -55,16 +60,20 @@ impl<'a> Tracing<'a> {
     ) -> Result<Vec<Contender<'a>>, WalkError> {
         let mut ways = Vec::new();
         if judged.is_accepted() {
-            ways.push(Contender {
-                state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
-                judged: judged.clone(),
-            });
+            ways.push(self.as_tried(judged));
         }
         let found = &judged.trial.effects;
         for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
             ways.extend(self.calibrated_contender(held, judged, state)?);
         }
         Ok(ways)
+    }
+
+    fn as_tried(&self, judged: &Judged<'a>) -> Contender<'a> {
+        Contender {
+            state: self.with_trial(&judged.base, &judged.suspect, &judged.trial),
+            judged: judged.clone(),
+        }
     }
 
     /// A candidate as it is with the model calibrated around it, if it is worth its price

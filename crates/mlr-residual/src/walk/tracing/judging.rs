@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::{
     Suspect, Tracing,
-    round::{self, Screening},
+    round::{Footing, Round, Screening},
     state::{Hypotheses, State},
 };
 use crate::{
     statistics::chance_of_gain,
     walk::{
-        Placed, Trial, WalkError, WalkRecord, Walker,
+        Placed, Trial, WalkError, WalkRecord,
         comparison::{is_wild, mean_square},
     },
 };
@@ -88,25 +88,15 @@ impl<'a> Tracing<'a> {
     /// fitted in earnest.
     pub(super) fn round(&self, known: &Hypotheses<'a>) -> Result<Vec<Judged<'a>>, WalkError> {
         let held = &known.held;
-        let mut judged = Vec::new();
-        for base in std::iter::once(held).chain(&known.beside) {
-            let screening = match Arc::ptr_eq(base, held) {
-                true => Screening::BROAD,
-                false => Screening::BESIDE,
-            };
-            let suspect = base.suspect();
-            judged.extend(self.try_on(held, base, &suspect, screening, |_| true));
-            if !base.has_same_legs(held) {
-                continue;
-            }
-            if let Some(described) = self.uncalibrated(base)?.map(Arc::new) {
-                judged.extend(self.try_on(held, &described, &suspect, screening, |_| true));
-            }
+        let on_held = self.footings(held, held)?;
+        let mut beside = Vec::new();
+        for other in &known.beside {
+            beside.extend(self.footings(held, other)?);
         }
-        for (base, leg, restored) in self.with_a_leg_restored(known) {
-            let on_leg = |last: &Placed| last.place.leg() == leg + 1;
-            judged.extend(self.try_on(held, &base, &restored, Screening::BROAD, on_leg));
-        }
+        let restored = self.with_a_leg_restored(known);
+        let mut judged = self.try_on(held, &on_held, Screening::BROAD);
+        judged.extend(self.try_on(held, &beside, Screening::BESIDE));
+        judged.extend(self.try_on(held, &restored, Screening::RESTORED));
         sort(&mut judged);
         let more = self.rest_of_leg_at_fault(held, &judged);
         judged.extend(more);
@@ -114,20 +104,39 @@ impl<'a> Tracing<'a> {
         Ok(judged)
     }
 
-    /// Each damaged leg, from 0, of each robot that comes into question, and that robot with
-    /// this leg whole.
-    fn with_a_leg_restored(&self, known: &Hypotheses<'a>) -> Vec<(Arc<State<'a>>, usize, Suspect)> {
-        let mut all: Vec<(Arc<State<'a>>, usize, Suspect)> = Vec::new();
+    /// A robot as it is calibrated and, where the same legs are damaged as of the one held, as
+    /// it is described.
+    fn footings(
+        &self,
+        held: &State<'a>,
+        base: &Arc<State<'a>>,
+    ) -> Result<Vec<Footing<'a>>, WalkError> {
+        let mut footings = vec![Footing::new(Arc::clone(base))];
+        if base.has_same_legs(held) {
+            let described = self.uncalibrated(base)?.map(Arc::new);
+            footings.extend(described.map(Footing::new));
+        }
+        Ok(footings)
+    }
+
+    /// Each damaged leg of each robot that comes into question, as if this leg were whole.
+    fn with_a_leg_restored(&self, known: &Hypotheses<'a>) -> Vec<Footing<'a>> {
+        let mut all: Vec<Footing<'a>> = Vec::new();
         for base in std::iter::once(&known.held).chain(&known.beside) {
             let morphology = &base.morphology;
             for leg in 0..morphology.legs() {
                 let links = morphology.links(leg);
                 let restored = self.suspect(morphology.clone().with_remaining(leg, links));
-                let is_known = all.iter().any(|(other, _, known)| {
-                    *known == restored && other.lost_links() == base.lost_links()
+                let is_known = all.iter().any(|other| {
+                    other.suspect == restored && other.base.lost_links() == base.lost_links()
                 });
                 if morphology.remaining(leg) < links && !is_known {
-                    all.push((Arc::clone(base), leg, restored));
+                    all.push(Footing {
+                        base: Arc::clone(base),
+                        suspect: restored,
+                        on_leg: Some(leg + 1),
+                        tried: Vec::new(),
+                    });
                 }
             }
         }
@@ -135,57 +144,48 @@ impl<'a> Tracing<'a> {
     }
 
     /// What has not been tried of the leg that the best of those judged puts at fault.
-    fn rest_of_leg_at_fault(&self, held: &State<'a>, judged: &[Judged<'a>]) -> Vec<Judged<'a>> {
+    fn rest_of_leg_at_fault(
+        &self,
+        held: &Arc<State<'a>>,
+        judged: &[Judged<'a>],
+    ) -> Vec<Judged<'a>> {
         let Some(first) = judged.first().filter(|first| first.is_accepted()) else {
             return Vec::new();
         };
-        let (leg, suspect) = (first.placed().place.leg(), &first.suspect);
+        let leg = first.placed().place.leg();
         if leg == 0 {
             return Vec::new();
         }
-        let is_new = |last: &Placed| {
-            let is_there =
-                |judged: &Judged<'_>| judged.placed().is_same(last) && judged.suspect == *suspect;
-            last.place.leg() == leg && !judged.iter().any(is_there)
+        let on_it = judged
+            .iter()
+            .filter(|judged| judged.suspect == first.suspect);
+        let footing = Footing {
+            base: Arc::clone(&first.base),
+            suspect: first.suspect.clone(),
+            on_leg: Some(leg),
+            tried: on_it.map(|judged| judged.placed().clone()).collect(),
         };
-        self.try_on(held, &first.base, suspect, Screening::ONE_LEG, is_new)
+        self.try_on(held, &[footing], Screening::ONE_LEG)
     }
 
-    /// Every effect that a suspect may have and that is wanted, with the model as it is in
-    /// `base`.
+    /// The effects that may be on these robots and look best on them.
     fn try_on(
         &self,
-        held: &State<'a>,
-        base: &Arc<State<'a>>,
-        suspect: &Suspect,
+        held: &Arc<State<'a>>,
+        footings: &[Footing<'a>],
         screening: Screening,
-        is_wanted: impl Fn(&Placed) -> bool,
     ) -> Vec<Judged<'a>> {
-        let walker = Walker {
-            model: &base.calibration_model,
-            morphology: &suspect.morphology,
-            body: None,
-        };
-        let comparison = &base.comparison;
-        let found = &base.trial.effects;
-        let kinds = round::kinds_for(comparison);
-        let starts = round::starts(&walker, comparison, found, &kinds)
-            .into_iter()
-            .filter(|effects| effects.last().is_some_and(&is_wanted))
-            .collect();
-        let so_far = held.trial.cost;
-        round::try_all(
-            &walker,
-            comparison,
-            found,
-            starts,
+        Round {
+            held,
+            brief: self.brief,
+            progress: self.progress,
+        }
+        .try_on(
+            footings,
             screening,
-            so_far,
-            self.progress,
+            |suspect, leg| self.switching(held, suspect, leg),
+            |on, trial| self.judge(held, &on.base, &on.suspect, trial),
         )
-        .into_iter()
-        .map(|trial| self.judge(held, base, suspect, trial))
-        .collect()
     }
 
     pub(super) fn judge(
@@ -240,18 +240,20 @@ impl<'a> Tracing<'a> {
     /// What an effect on `leg`, from 1 (0: on none), of another robot than the one held must gain
     /// more on either stretch: other damaged legs must be far better, half of it on each, and
     /// what is less probable beforehand by so much more. A damaged leg that is whole but for
-    /// the effect is no other leg.
+    /// the effect is no other leg, but another account of it: half of that will do.
     fn switching(&self, held: &State<'a>, suspect: &Suspect, leg: usize) -> f64 {
         let less_probable = held.ln_prior - suspect.ln_prior;
         let legs = held.morphology.damaged_legs();
-        let mut at_fault = suspect.morphology.damaged_legs();
-        if !at_fault.contains(&leg) && legs.contains(&leg) {
-            at_fault.push(leg);
-            at_fault.sort_unstable();
-        }
-        let far_better = match at_fault == legs {
-            true => 0.0,
-            false => self.settings.switch_gain / 2.0,
+        let mut damaged = suspect.morphology.damaged_legs();
+        let half = self.settings.switch_gain / 2.0;
+        let far_better = if damaged == legs {
+            0.0
+        } else {
+            if !damaged.contains(&leg) {
+                damaged.push(leg);
+                damaged.sort_unstable();
+            }
+            if damaged == legs { half / 2.0 } else { half }
         };
         (far_better + less_probable).max(0.0)
     }

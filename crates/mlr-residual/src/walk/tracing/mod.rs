@@ -103,8 +103,10 @@ pub fn explain_walk(
     if record.is_dead_reckoned() {
         nominal.sensing.filter_time_s = f64::INFINITY;
     }
+    let brief = record.brief();
     let tracing = Tracing {
         record,
+        brief: &brief,
         nominal: &nominal,
         search,
         settings,
@@ -191,6 +193,8 @@ fn errors(trial: &Trial) -> StretchErrors {
 
 struct Tracing<'a> {
     record: &'a WalkRecord,
+    /// For first looks.
+    brief: &'a WalkRecord,
     nominal: &'a WalkModel,
     search: &'a dyn MorphologySearch,
     settings: &'a TracingSettings,

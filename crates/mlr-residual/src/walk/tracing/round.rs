@@ -1,137 +1,273 @@
 //! One round of tracing: every effect of the library is tried on top of those found.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
+use mlr_filter::OrientationSeries;
 use rayon::prelude::*;
 
-use crate::walk::{Comparison, Placed, Trial, Walker};
+use super::{Suspect, state::State};
+use crate::walk::{Comparison, Placed, Prediction, Trial, WalkRecord, Walker};
 use crate::{
     Progress,
-    walk_effects::{LIBRARY, Place, WalkEffect},
+    walk_effects::{LIBRARY, WalkEffect},
 };
+
+/// A robot that effects are tried on.
+pub(super) struct Footing<'a> {
+    /// Its model, and the effects found.
+    pub(super) base: Arc<State<'a>>,
+    /// What walks with this model.
+    pub(super) suspect: Suspect,
+    /// The leg, from 1, whose effects alone are tried.
+    pub(super) on_leg: Option<usize>,
+    /// What has been tried on it.
+    pub(super) tried: Vec<Placed>,
+}
+
+/// A footing, and how it walks with the effects found.
+struct Walked<'f, 'a> {
+    footing: &'f Footing<'a>,
+    body: OrientationSeries,
+    predicted: Prediction,
+    /// For first looks at effects for which the body has to walk.
+    briefly: Comparison<'a>,
+}
+
+/// A first look at an effect on top of those found.
+struct Glance<'f, 'a> {
+    walked: &'f Walked<'f, 'a>,
+    effects: Vec<Placed>,
+    /// Less that of the robot held.
+    cost: f64,
+}
 
 /// Which first looks are followed by a fit.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Screening {
-    /// Places of one kind that are fitted.
-    places_per_kind: usize,
-    /// How much worse than nothing, in the units of cost, a first look may be at the best
-    /// place of a kind, and at others.
+pub(super) struct Screening {
+    /// Fits of one kind, each at another place or on another robot.
+    fits_per_kind: usize,
+    /// How much worse than nothing, in the units of cost, the best first look of a kind may
+    /// be, and others.
     slack: [f64; 2],
 }
 
 impl Screening {
     /// Of all effects at all places.
-    pub(crate) const BROAD: Self = Self {
-        places_per_kind: 2,
+    pub(super) const BROAD: Self = Self {
+        fits_per_kind: 2,
         slack: [20.0, 0.0],
     };
-    /// Of effects on a robot that is not the one held: with the effect it must look nearly as
+    /// Of effects on legs as if they were whole.
+    pub(super) const RESTORED: Self = Self {
+        fits_per_kind: 4,
+        slack: [20.0, 0.0],
+    };
+    /// Of effects on robots that are not the one held: with the effect one must look nearly as
     /// good at once.
-    pub(crate) const BESIDE: Self = Self {
-        places_per_kind: 2,
+    pub(super) const BESIDE: Self = Self {
+        fits_per_kind: 4,
         slack: [5.0, 0.0],
     };
     /// Of the effects on one leg that is known to be at fault.
-    pub(crate) const ONE_LEG: Self = Self {
-        places_per_kind: 3,
+    pub(super) const ONE_LEG: Self = Self {
+        fits_per_kind: 3,
         slack: [f64::INFINITY; 2],
     };
 }
 
-/// Fits every effect from its starts on top of `found`, each where it looks best at first.
-/// `so_far` is the cost that it competes with. Returns one trial per kind and place, the
-/// best start of each.
-pub(crate) fn try_all(
-    walker: &Walker<'_>,
-    comparison: &Comparison<'_>,
-    found: &[Placed],
-    starts: Vec<Vec<Placed>>,
-    screening: Screening,
-    so_far: f64,
-    progress: &dyn Progress,
-) -> Vec<Trial> {
-    let Some((body, without)) = walker.walked(comparison, found) else {
-        return Vec::new();
-    };
-    let walker = Walker {
-        body: Some(&body),
-        ..*walker
-    };
-    progress.expect_more(starts.len());
-    let glances: Vec<(f64, Vec<Placed>)> = starts
-        .into_par_iter()
-        .filter_map(|effects| {
-            let glance = walker.glance(comparison, &without, effects);
-            progress.advance();
-            glance
-        })
-        .collect();
-    let chosen = most_promising(glances, screening, so_far);
-    progress.expect_more(chosen.len());
-    chosen
-        .into_par_iter()
-        .filter_map(|effects| {
-            let trial = walker.fit(comparison, effects, found.len());
-            progress.advance();
-            trial
-        })
-        .collect()
+/// What all tries of a round have in common.
+pub(super) struct Round<'r, 'a> {
+    /// What effects compete with.
+    pub(super) held: &'r Arc<State<'a>>,
+    /// For first looks.
+    pub(super) brief: &'a WalkRecord,
+    pub(super) progress: &'r dyn Progress,
 }
 
-/// Every start of every effect that is not there yet, on top of those found.
-pub(crate) fn starts(
-    walker: &Walker<'_>,
-    comparison: &Comparison<'_>,
-    found: &[Placed],
-    kinds: &[&'static dyn WalkEffect],
-) -> Vec<Vec<Placed>> {
-    let model = walker.with(found);
-    let mut starts = Vec::new();
-    for effect in kinds.iter().copied() {
-        for place in effect.places(&model.robot, walker.morphology) {
-            for values in effect.starts(place, &model, comparison.record) {
-                let start = Placed {
-                    effect,
-                    place,
-                    values,
+impl<'a> Round<'_, 'a> {
+    /// Looks at every effect on each of these robots from all its starts, and fits those that
+    /// look best: their cost, and `more` that a robot must gain with an effect on a leg, from 1
+    /// (0: on none), comes near that of the robot held. Returns what is said of one trial per
+    /// robot, kind and place, the best start of each.
+    pub(super) fn try_on<J: Send>(
+        &self,
+        footings: &[Footing<'a>],
+        screening: Screening,
+        more: impl Fn(&Suspect, usize) -> f64,
+        judge: impl Fn(&Footing<'a>, Trial) -> J + Sync,
+    ) -> Vec<J> {
+        let held = Footing::new(Arc::clone(self.held));
+        let Some(held) = held.walked(self.brief) else {
+            return Vec::new();
+        };
+        let [of_body, of_sensing] = [&held.briefly, &self.held.comparison]
+            .map(|comparison| comparison.settle(&held.predicted, &[]).cost);
+        let walked: Vec<Walked<'_, 'a>> = footings
+            .par_iter()
+            .filter_map(|footing| footing.walked(self.brief))
+            .collect();
+        let starts: Vec<(&Walked<'_, 'a>, Vec<Placed>)> = walked
+            .iter()
+            .flat_map(|walked| {
+                let starts = walked.footing.starts().into_iter();
+                starts.map(move |effects| (walked, effects))
+            })
+            .collect();
+        self.progress.expect_more(starts.len());
+        let glances = starts
+            .into_par_iter()
+            .filter_map(|(walked, effects)| {
+                let glance = walked.glance(effects);
+                self.progress.advance();
+                let mut glance = glance?;
+                glance.cost -= match glance.last().effect.is_of_sensing() {
+                    true => of_sensing,
+                    false => of_body,
                 };
-                if !found.iter().any(|placed| placed.is_same(&start)) {
-                    let mut effects = found.to_vec();
-                    effects.push(start);
-                    starts.push(effects);
-                }
-            }
-        }
+                Some(glance)
+            })
+            .collect();
+        let chosen = most_promising(glances, screening, more);
+        self.progress.expect_more(chosen.len());
+        chosen
+            .into_par_iter()
+            .filter_map(|glance| {
+                let trial = glance.walked.fit(glance.effects);
+                self.progress.advance();
+                Some(judge(glance.walked.footing, trial?))
+            })
+            .collect()
     }
-    starts
 }
 
 /// The best start at each place, at the best places of each kind.
-fn most_promising(
-    mut glances: Vec<(f64, Vec<Placed>)>,
+fn most_promising<'w, 'a>(
+    mut glances: Vec<Glance<'w, 'a>>,
     screening: Screening,
-    so_far: f64,
-) -> Vec<Vec<Placed>> {
-    glances.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    let mut places: BTreeMap<&'static str, Vec<Place>> = BTreeMap::new();
-    let mut chosen = Vec::new();
-    for (cost, effects) in glances {
-        let Some(last) = effects.last() else { continue };
-        let known = places.entry(last.effect.kind()).or_default();
+    more: impl Fn(&Suspect, usize) -> f64,
+) -> Vec<Glance<'w, 'a>> {
+    let rank = |glance: &Glance<'_, '_>| {
+        let suspect = &glance.walked.footing.suspect;
+        glance.cost + more(suspect, glance.last().place.leg())
+    };
+    glances.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    let mut fits: BTreeMap<&'static str, usize> = BTreeMap::new();
+    let mut chosen: Vec<Glance<'w, 'a>> = Vec::new();
+    for glance in glances {
+        let known = fits.entry(glance.last().effect.kind()).or_default();
         let [best, others] = screening.slack;
-        let slack = if known.is_empty() { best } else { others };
-        let is_new = known.len() < screening.places_per_kind && !known.contains(&last.place);
-        if is_new && cost < so_far + slack {
-            known.push(last.place);
-            chosen.push(effects);
+        let slack = if *known == 0 { best } else { others };
+        let is_new =
+            *known < screening.fits_per_kind && !chosen.iter().any(|other| other.is_alike(&glance));
+        if is_new && glance.cost < slack {
+            *known += 1;
+            chosen.push(glance);
         }
     }
     chosen
 }
 
+impl<'a> Footing<'a> {
+    /// Of all effects.
+    pub(super) fn new(base: Arc<State<'a>>) -> Self {
+        Self {
+            suspect: base.suspect(),
+            base,
+            on_leg: None,
+            tried: Vec::new(),
+        }
+    }
+
+    /// `None` when it does not walk.
+    fn walked(&self, brief: &'a WalkRecord) -> Option<Walked<'_, 'a>> {
+        let found = &self.base.trial.effects;
+        let comparison = &self.base.comparison;
+        let (body, predicted) = self.walker(None).walked(comparison, found)?;
+        Some(Walked {
+            footing: self,
+            body,
+            predicted,
+            briefly: comparison.with_record(brief),
+        })
+    }
+
+    /// Every start of every effect that is to be tried, on top of those found.
+    fn starts(&self) -> Vec<Vec<Placed>> {
+        let found = &self.base.trial.effects;
+        let record = self.base.comparison.record;
+        let model = self.walker(None).with(found);
+        let mut starts = Vec::new();
+        for effect in kinds_for(&self.base.comparison) {
+            for place in effect.places(&model.robot, &self.suspect.morphology) {
+                if self.on_leg.is_some_and(|leg| leg != place.leg()) {
+                    continue;
+                }
+                for values in effect.starts(place, &model, record) {
+                    let start = Placed {
+                        effect,
+                        place,
+                        values,
+                    };
+                    let mut known = found.iter().chain(&self.tried);
+                    if !known.any(|placed| placed.is_same(&start)) {
+                        let mut effects = found.clone();
+                        effects.push(start);
+                        starts.push(effects);
+                    }
+                }
+            }
+        }
+        starts
+    }
+
+    fn walker<'f>(&'f self, body: Option<&'f OrientationSeries>) -> Walker<'f> {
+        Walker {
+            model: &self.base.calibration_model,
+            morphology: &self.suspect.morphology,
+            body,
+        }
+    }
+}
+
+impl<'a> Walked<'_, 'a> {
+    /// For an effect of the sensor only, nothing has to walk.
+    fn glance(&self, effects: Vec<Placed>) -> Option<Glance<'_, 'a>> {
+        let comparison = match effects.last()?.effect.is_of_sensing() {
+            true => &self.footing.base.comparison,
+            false => &self.briefly,
+        };
+        let walker = self.footing.walker(Some(&self.body));
+        let (cost, effects) = walker.glance(comparison, &self.predicted, effects)?;
+        Some(Glance {
+            walked: self,
+            effects,
+            cost,
+        })
+    }
+
+    fn fit(&self, effects: Vec<Placed>) -> Option<Trial> {
+        let base = &self.footing.base;
+        let walker = self.footing.walker(Some(&self.body));
+        walker.fit(&base.comparison, effects, base.trial.effects.len())
+    }
+}
+
+impl Glance<'_, '_> {
+    /// The effect that is looked at.
+    fn last(&self) -> &Placed {
+        self.effects
+            .last()
+            .expect("a start adds an effect to those found")
+    }
+
+    /// Whether the same effect is at the same place of the same robot.
+    fn is_alike(&self, other: &Self) -> bool {
+        std::ptr::eq(self.walked, other.walked) && self.last().is_same(other.last())
+    }
+}
+
 /// The kinds that a record can tell from nothing.
-pub(crate) fn kinds_for(comparison: &Comparison<'_>) -> Vec<&'static dyn WalkEffect> {
+fn kinds_for(comparison: &Comparison<'_>) -> Vec<&'static dyn WalkEffect> {
     let told = comparison.record.start_is_told();
     let kinds = LIBRARY.iter().copied();
     kinds
