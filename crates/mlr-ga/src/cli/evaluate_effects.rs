@@ -31,6 +31,9 @@ pub(super) struct EvaluateEffectsOptions {
     /// Only logs whose names contain this.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
+    /// Tell when each walk was commanded, as `explain --start-s` does: delays show only then.
+    #[arg(long)]
+    start_told: bool,
     /// All settings of the tracing, in TOML.
     #[arg(long, value_name = "FILE")]
     tracing: Option<PathBuf>,
@@ -68,7 +71,17 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
         truths.retain(|truth| truth.log.name.contains(text));
     }
     let bar = Bar::of_logs(truths.len());
-    let score = |truth: &EffectsTruth| score(truth, model, how);
+    let score = |truth: &EffectsTruth| {
+        let identify = IdentifySettings {
+            motion_start_s: truth.motion_start_s.filter(|_| options.start_told),
+            ..identify.clone()
+        };
+        let how = ExplainSettings {
+            identify: &identify,
+            ..how
+        };
+        score(truth, model, how)
+    };
     let scored = Scored::all(&truths, |truth| &truth.log.name, &bar, score);
     bar.clear();
     let report = Report {

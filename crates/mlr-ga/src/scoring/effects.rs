@@ -22,6 +22,8 @@ pub struct EffectsTruth {
     pub locked: bool,
     /// What nothing in the log declares.
     pub effects: Vec<TrueEffect>,
+    /// Log time at which the walk was commanded.
+    pub motion_start_s: Option<f64>,
     /// What it changes of the walk, where that was recorded.
     pub trace: Option<TrueTrace>,
 }
@@ -44,6 +46,8 @@ struct Entry {
     effect: Option<OneEffect>,
     #[serde(default)]
     effects: Option<Vec<TrueEffect>>,
+    #[serde(default)]
+    motion_start_s: Option<f64>,
     #[serde(default)]
     trace: Option<TrueTrace>,
 }
@@ -88,6 +92,7 @@ pub fn read_effects_truths(
                 log,
                 locked: entry.locked,
                 effects: entry.effects.unwrap_or_else(|| named.into_iter().collect()),
+                motion_start_s: entry.motion_start_s,
                 trace: entry.trace,
             })
         })

@@ -87,12 +87,16 @@ pub trait WalkEffect: Sync + Debug {
     /// The parameters that people read, in the units of their names.
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64>;
 
-    /// How much less common an effect of this size is than others that do the same: twice
-    /// the negative logarithm of its prior density, up to a constant that only counts
-    /// among rivals.
+    /// How much less common an effect of this size is than a small one, or than others that do
+    /// the same: twice the negative logarithm of its prior density, up to a constant.
     fn rarity(&self, values: &[f64]) -> f64 {
         let _ = values;
         0.0
+    }
+
+    /// What it gains by chance on robots that lack nothing, over what most effects do.
+    fn chance_share(&self) -> f64 {
+        1.0
     }
 
     /// Whether it acts on the sensor's signals only: the body walks as before.

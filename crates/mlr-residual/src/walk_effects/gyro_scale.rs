@@ -13,6 +13,8 @@ pub(super) struct GyroScale;
 /// MPU6050 data sheet: sensitivity within 3 %, and within 2 % more over temperature. Models get
 /// the swing of a damaged robot as wrong.
 const USUAL: f64 = 0.04;
+/// How far it is usually off, where it is off.
+const USUAL_WHERE_OFF: f64 = 0.08;
 
 impl WalkEffect for GyroScale {
     fn kind(&self) -> &'static str {
@@ -34,6 +36,10 @@ impl WalkEffect for GyroScale {
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
         model.sensing.scale *= 1.0 + values[0];
+    }
+
+    fn rarity(&self, values: &[f64]) -> f64 {
+        (values[0] / USUAL_WHERE_OFF).powi(2)
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use super::{
     Place, WalkEffect,
     effect::{around, named},
-    imu_misalignment::USUAL_TILT_DEG,
+    imu_misalignment::{TILT_CHANCE_SHARE, USUAL_TILT_DEG},
 };
 use crate::{
     Parameter,
@@ -67,6 +67,11 @@ impl WalkEffect for Slope {
     fn rarity(&self, values: &[f64]) -> f64 {
         let (angle_deg, _) = Self::polar_deg(values);
         (angle_deg / USUAL_DEG).powi(2) + 4.0 * (USUAL_DEG / USUAL_TILT_DEG).ln()
+    }
+
+    /// As of a tilted sensor.
+    fn chance_share(&self) -> f64 {
+        TILT_CHANCE_SHARE
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

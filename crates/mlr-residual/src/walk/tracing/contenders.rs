@@ -85,9 +85,8 @@ impl<'a> Tracing<'a> {
         judged: &Judged<'a>,
         state: State<'a>,
     ) -> Result<Option<Contender<'a>>, WalkError> {
-        let over = |before: &State<'a>| Judged {
-            rarity: judged.rarity,
-            ..self.judge(before, &judged.base, &judged.suspect, state.trial.clone())
+        let over = |before: &State<'a>| {
+            self.judge(before, &judged.base, &judged.suspect, state.trial.clone())
         };
         let mut calibrated = over(held);
         if calibrated.is_accepted() && !judged.is_accepted() {

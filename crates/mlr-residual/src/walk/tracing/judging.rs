@@ -54,11 +54,12 @@ impl Judged<'_> {
         self.gain[0] + self.gain[1] - self.price - self.rarity
     }
 
-    /// Whether it gains twice its price on both stretches together, and enough on either.
+    /// Whether it gains twice its price and its rarity on both stretches together, and enough
+    /// on either.
     pub(super) fn is_accepted(&self) -> bool {
         let [fit, unseen] = self.gain;
         let on_either = fit.min(unseen) > LEAST_SHARE * self.price;
-        on_either && fit + unseen > 2.0 * self.price && !self.is_usual
+        on_either && fit + unseen > 2.0 * self.price + self.rarity && !self.is_usual
     }
 
     /// Whether it may turn out to be worth its price with the model calibrated around it: it
@@ -202,7 +203,7 @@ impl<'a> Tracing<'a> {
         let places = placed
             .effect
             .places(&base.model().robot, &suspect.morphology);
-        let of_effect = self.settings.least_gain
+        let of_effect = placed.effect.chance_share() * self.settings.least_gain
             + self.settings.price_per_parameter * parameters.len() as f64
             + (places.len() as f64).ln();
         let times = match is_wild(held.trial.fit_deg2) {
