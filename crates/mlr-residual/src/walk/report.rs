@@ -151,7 +151,7 @@ pub struct TracedEffect {
     /// How much it gains on the fitted and on the unseen stretch: twice the logarithm of
     /// the likelihood ratio, usual differences at their price.
     pub gain: [f64; 2],
-    /// What a gain must exceed on either stretch.
+    /// What its gains on the two stretches must exceed on average.
     pub price: f64,
     /// Chance of its gain on the unseen stretch if the sign of each block's were a coin's.
     pub chance: f64,

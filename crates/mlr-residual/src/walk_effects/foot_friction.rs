@@ -12,6 +12,10 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct FootFriction;
 
+/// How much less a foot usually grips, where it does: a third as well, worn or dirty.
+/// Logarithm of the ratio.
+const USUAL_WHERE_OFF: f64 = 1.1;
+
 impl FootFriction {
     fn mu(values: &[f64], model: &WalkModel) -> f64 {
         model.simulation.contact.friction * values[0].exp()
@@ -47,6 +51,10 @@ impl WalkEffect for FootFriction {
             .simulation
             .faults
             .push(Fault::FootFriction { leg, mu });
+    }
+
+    fn rarity(&self, values: &[f64]) -> f64 {
+        (values[0] / USUAL_WHERE_OFF).powi(2)
     }
 
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {

@@ -13,8 +13,8 @@ pub(super) struct GyroScale;
 /// MPU6050 data sheet: sensitivity within 3 %, and within 2 % more over temperature. Models get
 /// the swing of a damaged robot as wrong.
 const USUAL: f64 = 0.04;
-/// How far it is usually off, where it is off.
-const USUAL_WHERE_OFF: f64 = 0.08;
+/// How far it is usually off, where it is off: twice the 3 %.
+const USUAL_WHERE_OFF: f64 = 0.06;
 
 impl WalkEffect for GyroScale {
     fn kind(&self) -> &'static str {

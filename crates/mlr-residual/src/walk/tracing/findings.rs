@@ -28,7 +28,7 @@ impl<'a> Tracing<'a> {
             undetermined: Vec::new(),
             explains: placed.effect.trace().into(),
             gain: best.gain,
-            price: best.price,
+            price: best.needed(),
             chance: best.chance,
             error: errors(&best.trial),
             rivals: rivals
@@ -163,7 +163,9 @@ impl<'a> Tracing<'a> {
             } else {
                 format!(
                     "gains {:.1} on the fitted and {:.1} on the unseen stretch, needed {:.1} on average",
-                    judged.gain[0], judged.gain[1], judged.price
+                    judged.gain[0],
+                    judged.gain[1],
+                    judged.needed()
                 )
             };
             candidates.push(WalkCandidate {

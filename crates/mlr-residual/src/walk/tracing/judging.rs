@@ -54,12 +54,16 @@ impl Judged<'_> {
         self.gain[0] + self.gain[1] - self.price - self.rarity
     }
 
-    /// Whether it gains twice its price and its rarity on both stretches together, and enough
-    /// on either.
+    /// What its gains on the two stretches must exceed on average.
+    pub(super) fn needed(&self) -> f64 {
+        self.price + self.rarity / 2.0
+    }
+
+    /// Whether it gains what is needed on both stretches together, and enough on either.
     pub(super) fn is_accepted(&self) -> bool {
         let [fit, unseen] = self.gain;
         let on_either = fit.min(unseen) > LEAST_SHARE * self.price;
-        on_either && fit + unseen > 2.0 * self.price + self.rarity && !self.is_usual
+        on_either && fit + unseen > 2.0 * self.needed() && !self.is_usual
     }
 
     /// Whether it may turn out to be worth its price with the model calibrated around it: it

@@ -12,69 +12,6 @@ use crate::{
     walk_effects::{LIBRARY, WalkEffect},
 };
 
-/// A robot that effects are tried on.
-pub(super) struct Footing<'a> {
-    /// Its model, and the effects found.
-    pub(super) base: Arc<State<'a>>,
-    /// What walks with this model.
-    pub(super) suspect: Suspect,
-    /// The leg, from 1, whose effects alone are tried.
-    pub(super) on_leg: Option<usize>,
-    /// What has been tried on it.
-    pub(super) tried: Vec<Placed>,
-}
-
-/// A footing, and how it walks with the effects found.
-struct Walked<'f, 'a> {
-    footing: &'f Footing<'a>,
-    body: OrientationSeries,
-    predicted: Prediction,
-    /// For first looks at effects for which the body has to walk.
-    briefly: Comparison<'a>,
-}
-
-/// A first look at an effect on top of those found.
-struct Glance<'f, 'a> {
-    walked: &'f Walked<'f, 'a>,
-    effects: Vec<Placed>,
-    /// Less that of the robot held.
-    cost: f64,
-}
-
-/// Which first looks are followed by a fit.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Screening {
-    /// Fits of one kind, each at another place or on another robot.
-    fits_per_kind: usize,
-    /// How much worse than nothing, in the units of cost, the best first look of a kind may
-    /// be, and others.
-    slack: [f64; 2],
-}
-
-impl Screening {
-    /// Of all effects at all places.
-    pub(super) const BROAD: Self = Self {
-        fits_per_kind: 2,
-        slack: [20.0, 0.0],
-    };
-    /// Of effects on legs as if they were whole.
-    pub(super) const RESTORED: Self = Self {
-        fits_per_kind: 4,
-        slack: [20.0, 0.0],
-    };
-    /// Of effects on robots that are not the one held: with the effect one must look nearly as
-    /// good at once.
-    pub(super) const BESIDE: Self = Self {
-        fits_per_kind: 4,
-        slack: [5.0, 0.0],
-    };
-    /// Of the effects on one leg that is known to be at fault.
-    pub(super) const ONE_LEG: Self = Self {
-        fits_per_kind: 3,
-        slack: [f64::INFINITY; 2],
-    };
-}
-
 /// What all tries of a round have in common.
 pub(super) struct Round<'r, 'a> {
     /// What effects compete with.
@@ -138,6 +75,69 @@ impl<'a> Round<'_, 'a> {
             })
             .collect()
     }
+}
+
+/// A robot that effects are tried on.
+pub(super) struct Footing<'a> {
+    /// Its model, and the effects found.
+    pub(super) base: Arc<State<'a>>,
+    /// What walks with this model.
+    pub(super) suspect: Suspect,
+    /// The leg, from 1, whose effects alone are tried.
+    pub(super) on_leg: Option<usize>,
+    /// What has been tried on it.
+    pub(super) tried: Vec<Placed>,
+}
+
+/// A footing, and how it walks with the effects found.
+struct Walked<'f, 'a> {
+    footing: &'f Footing<'a>,
+    body: OrientationSeries,
+    predicted: Prediction,
+    /// For first looks at effects for which the body has to walk.
+    briefly: Comparison<'a>,
+}
+
+/// A first look at an effect on top of those found.
+struct Glance<'f, 'a> {
+    walked: &'f Walked<'f, 'a>,
+    effects: Vec<Placed>,
+    /// Less that of the robot held.
+    cost: f64,
+}
+
+/// Which first looks are followed by a fit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Screening {
+    /// Fits of one kind, each at another place or on another robot.
+    fits_per_kind: usize,
+    /// How much worse than nothing, in the units of cost, the best first look of a kind may
+    /// be, and others.
+    slack: [f64; 2],
+}
+
+impl Screening {
+    /// Of all effects at all places.
+    pub(super) const BROAD: Self = Self {
+        fits_per_kind: 2,
+        slack: [20.0, 0.0],
+    };
+    /// Of effects on legs as if they were whole.
+    pub(super) const RESTORED: Self = Self {
+        fits_per_kind: 4,
+        slack: [20.0, 0.0],
+    };
+    /// Of effects on robots that are not the one held: with the effect one must look nearly as
+    /// good at once.
+    pub(super) const BESIDE: Self = Self {
+        fits_per_kind: 4,
+        slack: [5.0, 0.0],
+    };
+    /// Of the effects on one leg that is known to be at fault.
+    pub(super) const ONE_LEG: Self = Self {
+        fits_per_kind: 3,
+        slack: [f64::INFINITY; 2],
+    };
 }
 
 /// The best start at each place, at the best places of each kind.
