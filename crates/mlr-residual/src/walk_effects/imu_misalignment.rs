@@ -12,8 +12,9 @@ pub(super) struct ImuMisalignment;
 
 /// How far a sensor usually sits off, where it sits off.
 pub(super) const USUAL_TILT_DEG: f64 = 2.5;
-/// The standing robot shows a tilt, whatever models get wrong of its walk: on undisturbed robots
-/// (seed 1 of the plant) tilted sensors and slopes gained 2 at most where others gained 6.
+/// The standing robot shows a tilt, whatever models get wrong of its walk: on six undisturbed
+/// robots (seed 1 of the plant) tilted sensors and slopes gained 3 at most on a stretch, where
+/// others gained 6.
 pub(super) const TILT_CHANCE_SHARE: f64 = 1.0 / 3.0;
 
 impl WalkEffect for ImuMisalignment {
