@@ -249,16 +249,18 @@ impl<'a> Tracing<'a> {
     fn switching(&self, held: &State<'a>, suspect: &Suspect, leg: usize) -> f64 {
         let less_probable = held.ln_prior - suspect.ln_prior;
         let legs = held.morphology.damaged_legs();
-        let mut damaged = suspect.morphology.damaged_legs();
-        let half = self.settings.switch_gain / 2.0;
+        let damaged = suspect.morphology.damaged_legs();
+        let mut at_fault = damaged.clone();
+        if !at_fault.contains(&leg) {
+            at_fault.push(leg);
+            at_fault.sort_unstable();
+        }
         let far_better = if damaged == legs {
             0.0
+        } else if at_fault == legs {
+            self.settings.switch_gain / 4.0
         } else {
-            if !damaged.contains(&leg) {
-                damaged.push(leg);
-                damaged.sort_unstable();
-            }
-            if damaged == legs { half / 2.0 } else { half }
+            self.settings.switch_gain / 2.0
         };
         (far_better + less_probable).max(0.0)
     }
