@@ -1,13 +1,18 @@
 //! Walks of the model itself with an effect that the model is not told of.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use mlr_filter::{Axes, OrientationSeries};
 use mlr_model::{
     Fault, Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator, Trajectory,
 };
-use mlr_residual::walk::{
-    MorphologySearch, Reported, Suspect, TracingSettings, WalkExplanation, WalkModel, WalkRecord,
-    explain_walk,
+use mlr_residual::{
+    Progress,
+    walk::{
+        MorphologySearch, Reported, Suspect, TracingSettings, WalkExplanation, WalkModel,
+        WalkRecord, explain_walk,
+    },
 };
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -56,6 +61,11 @@ impl MorphologySearch for NoSearch {
 
 fn explained(faults: Vec<Fault>) -> WalkExplanation {
     let record = WalkRecord::new(&recorded(faults), 0.0, false, 0.0, None).unwrap();
+    explained_record(&record, &())
+}
+
+/// The first effect that a healthy robot with this record has.
+fn explained_record(record: &WalkRecord, progress: &dyn Progress) -> WalkExplanation {
     let robot = Robot::jethexa();
     let healthy = Suspect {
         morphology: Morphology::healthy(&robot.layout()),
@@ -66,7 +76,19 @@ fn explained(faults: Vec<Fault>) -> WalkExplanation {
         most_effects: 1,
         ..TracingSettings::default()
     };
-    explain_walk(&record, &model, &[healthy], &NoSearch, &settings, &()).unwrap()
+    explain_walk(record, &model, &[healthy], &NoSearch, &settings, progress).unwrap()
+}
+
+/// Counts steps.
+#[derive(Default)]
+struct Steps(AtomicUsize);
+
+impl Progress for Steps {
+    fn expect_more(&self, _: usize) {}
+
+    fn advance(&self) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
 }
 
 #[test]
@@ -131,4 +153,37 @@ fn a_leg_that_gives_way_is_told_from_a_lost_one() {
         panic!("{:?}", effect.parameters);
     };
     assert!((gain - 0.15).abs() < 0.05, "{gain}");
+}
+
+#[test]
+fn no_effect_is_tried_before_a_bias_that_nobody_could_overlook() {
+    const BIAS_DPS: f64 = 2.5;
+    let fine = recorded(Vec::new());
+    let mut angles_rad = fine.angles_rad().clone();
+    for (yaw_rad, time_s) in angles_rad.yaw.iter_mut().zip(fine.times_s()) {
+        *yaw_rad += BIAS_DPS.to_radians() * time_s;
+    }
+    let biased = OrientationSeries::new(fine.times_s().to_vec(), angles_rad).unwrap();
+    let steps = |recording: &OrientationSeries, rest_dps: f64| {
+        let rest_dps = Some([0.0, 0.0, rest_dps]);
+        let record = WalkRecord::new(recording, 0.0, false, 0.0, rest_dps).unwrap();
+        let steps = Steps::default();
+        let found = explained_record(&record.dead_reckoned(), &steps);
+        (found, steps.0.into_inner())
+    };
+    let (nothing, steps_of_all) = steps(&fine, 0.0);
+    assert_eq!(nothing.effects, []);
+    let (found, steps_of_bias) = steps(&biased, BIAS_DPS);
+    let [effect] = &found.effects[..] else {
+        panic!("{:?}", found.effects);
+    };
+    assert_eq!(effect.kind, "gyro_bias");
+    let Reported::Quantity(bias_dps) = effect.parameters["z_dps"] else {
+        panic!("{:?}", effect.parameters);
+    };
+    assert!((bias_dps - BIAS_DPS).abs() < 0.2, "{bias_dps}");
+    assert!(
+        3 * steps_of_bias < steps_of_all,
+        "{steps_of_bias} {steps_of_all}"
+    );
 }

@@ -178,6 +178,8 @@ fn total_text(total: &EffectsTotal) -> String {
     format!(
         "visible effects of the library   {} logs: right kind {}, as a rival {}\n\
          those beyond the spread          {} logs: right kind {}\n\
+         two effects at once              {} logs: both found {}\n\
+         effects of a leg, right kind     {}: on the right leg {}\n\
          invisible ones                   {} logs: right or none {}\n\
          outside the library              {} logs: unexplained {}; visible {}, of these unexplained {}\n\
          undisturbed                      {} logs: none found {}, unexplained {}\n\
@@ -189,6 +191,10 @@ fn total_text(total: &EffectsTotal) -> String {
         total.visible_rival,
         total.standing_out,
         total.standing_out_right,
+        total.two_effects,
+        total.two_effects_found,
+        total.on_a_leg,
+        total.on_the_right_leg,
         total.invisible,
         total.invisible_right_or_none,
         total.outside,

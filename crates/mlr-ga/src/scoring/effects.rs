@@ -108,7 +108,7 @@ pub enum KindsVerdict {
     Right,
     /// The effect found is not in the robot, but a rival within noise is.
     Rival,
-    /// Nothing was found, and it was not marked as unexplained.
+    /// Nothing was found.
     Missed,
     /// Nothing was found that is in the robot, and something that is not.
     Wrong,
@@ -230,110 +230,6 @@ fn verdict(truth: &EffectsTruth, found: &WalkExplanation, in_library: bool) -> K
     }
 }
 
-/// All logs together.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EffectsTotal {
-    /// Logs with a visible effect that the library has.
-    pub visible: usize,
-    /// Of these, right kinds.
-    pub visible_right: usize,
-    /// Of these, wrong ones with the right kind among their rivals.
-    pub visible_rival: usize,
-    /// Of the visible ones, those that stand out of the spread of robots or whose spread is not
-    /// known.
-    pub standing_out: usize,
-    /// Of these, right kinds.
-    pub standing_out_right: usize,
-    /// Logs with an effect of the library that cannot be seen.
-    pub invisible: usize,
-    /// Of these, nothing wrong found.
-    pub invisible_right_or_none: usize,
-    /// Logs without any effect.
-    pub undisturbed: usize,
-    /// Of these, nothing found.
-    pub undisturbed_none: usize,
-    /// Of these, marked as unexplained.
-    pub undisturbed_unexplained: usize,
-    /// Logs with an effect that the library does not have.
-    pub outside: usize,
-    /// Of these, marked as unexplained.
-    pub outside_unexplained: usize,
-    /// Of those outside the library, the visible ones.
-    pub outside_visible: usize,
-    /// Of the visible ones outside the library, marked as unexplained.
-    pub outside_visible_unexplained: usize,
-    /// Median of the error after over the error before, unseen stretch, of logs with a
-    /// visible effect that the library has.
-    pub median_error_ratio: Option<f64>,
-    /// The same against the error with the usual differences fitted.
-    pub median_calibrated_ratio: Option<f64>,
-    /// Legs right before and after.
-    pub legs_right: [usize; 2],
-    /// Longest time.
-    pub longest_elapsed_s: f64,
-}
-
-impl EffectsTotal {
-    /// Adds up scores.
-    pub fn new(scores: &[EffectsScore]) -> Self {
-        let right = |score: &&&EffectsScore| matches!(score.verdict, KindsVerdict::Right);
-        let of = |wanted: &dyn Fn(&EffectsScore) -> bool| -> Vec<&EffectsScore> {
-            scores.iter().filter(|score| wanted(score)).collect()
-        };
-        let visible = of(&|s| !s.truth.is_empty() && s.in_library && s.visibility.is_visible());
-        let invisible = of(&|s| !s.truth.is_empty() && s.in_library && !s.visibility.is_visible());
-        let undisturbed = of(&|s| s.truth.is_empty());
-        let outside = of(&|s| !s.in_library);
-        let unexplained = |logs: &[&EffectsScore]| logs.iter().filter(|s| s.unexplained).count();
-        let outside_visible: Vec<&EffectsScore> = outside
-            .iter()
-            .copied()
-            .filter(|s| s.visibility.is_visible())
-            .collect();
-        let standing_out: Vec<&EffectsScore> = visible
-            .iter()
-            .copied()
-            .filter(|s| s.visibility != Visibility::WithinSpread)
-            .collect();
-        let ratio = |before: &dyn Fn(&EffectsScore) -> f64| {
-            let mut ratios: Vec<f64> = visible
-                .iter()
-                .map(|s| s.error_after.validation_deg / before(s))
-                .collect();
-            ratios.sort_by(f64::total_cmp);
-            ratios.get(ratios.len() / 2).copied()
-        };
-        let invisible_ok =
-            |s: &&&EffectsScore| !matches!(s.verdict, KindsVerdict::Wrong | KindsVerdict::Partly);
-        Self {
-            visible: visible.len(),
-            visible_right: visible.iter().filter(right).count(),
-            visible_rival: visible
-                .iter()
-                .filter(|s| s.verdict == KindsVerdict::Rival)
-                .count(),
-            standing_out: standing_out.len(),
-            standing_out_right: standing_out.iter().filter(right).count(),
-            invisible: invisible.len(),
-            invisible_right_or_none: invisible.iter().filter(invisible_ok).count(),
-            undisturbed: undisturbed.len(),
-            undisturbed_none: undisturbed.iter().filter(right).count(),
-            undisturbed_unexplained: unexplained(&undisturbed),
-            outside: outside.len(),
-            outside_unexplained: unexplained(&outside),
-            outside_visible: outside_visible.len(),
-            outside_visible_unexplained: unexplained(&outside_visible),
-            median_error_ratio: ratio(&|s| s.error_before.validation_deg),
-            median_calibrated_ratio: ratio(&|s| s.error_calibrated.validation_deg),
-            legs_right: [
-                scores.iter().filter(|s| s.legs_right_before).count(),
-                scores.iter().filter(|s| s.legs_right).count(),
-            ],
-            longest_elapsed_s: scores.iter().map(|s| s.elapsed_s).fold(0.0, f64::max),
-        }
-    }
-}
-
 /// The parameters of an effect, in words.
 pub fn in_words(parameters: &BTreeMap<String, Reported>) -> String {
     let words = parameters
@@ -343,6 +239,12 @@ pub fn in_words(parameters: &BTreeMap<String, Reported>) -> String {
 }
 
 impl TrueEffect {
+    /// The leg that it is on, if it is on one.
+    pub(super) fn leg(&self) -> Option<usize> {
+        let leg = self.parameters.get("leg")?.as_u64()?;
+        usize::try_from(leg).ok()
+    }
+
     /// Kind and parameters in words.
     pub fn in_words(&self) -> String {
         let parameters: BTreeMap<String, Reported> = self

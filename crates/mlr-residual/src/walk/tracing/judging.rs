@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{
     Suspect, Tracing,
-    round::{Footing, Round, Screening},
+    round::{Footing, OBVIOUS_GAIN, Round, Scope, Screening},
     state::{Hypotheses, State},
 };
 use crate::{
@@ -54,6 +54,11 @@ impl Judged<'_> {
         self.gain[0] + self.gain[1] - self.price - self.rarity
     }
 
+    /// The lesser of its gains on the two stretches.
+    fn least_gain(&self) -> f64 {
+        self.gain[0].min(self.gain[1])
+    }
+
     /// What its gains on the two stretches must exceed on average.
     pub(super) fn needed(&self) -> f64 {
         self.price + self.rarity / 2.0
@@ -62,7 +67,7 @@ impl Judged<'_> {
     /// Whether it gains what is needed on both stretches together, and enough on either.
     pub(super) fn is_accepted(&self) -> bool {
         let [fit, unseen] = self.gain;
-        let on_either = fit.min(unseen) > LEAST_SHARE * self.price;
+        let on_either = self.least_gain() > LEAST_SHARE * self.price;
         on_either && fit + unseen > 2.0 * self.needed() && !self.is_usual
     }
 
@@ -71,7 +76,7 @@ impl Judged<'_> {
     /// What is usual has been fitted without it, and stands in for some of it.
     pub(super) fn is_promising(&self) -> bool {
         let [fit, unseen] = self.gain;
-        let gains = fit > self.price || (fit.min(unseen) > 0.0 && fit + unseen > self.price);
+        let gains = fit > self.price || (self.least_gain() > 0.0 && fit + unseen > self.price);
         self.is_accepted() || (gains && !self.is_usual)
     }
 }
@@ -93,20 +98,38 @@ impl<'a> Tracing<'a> {
     /// fitted in earnest.
     pub(super) fn round(&self, known: &Hypotheses<'a>) -> Result<Vec<Judged<'a>>, WalkError> {
         let held = &known.held;
+        let Some(round) = Round::new(held, self.brief, self.progress) else {
+            return Ok(Vec::new());
+        };
         let on_held = self.footings(held, held)?;
         let mut beside = Vec::new();
         for other in &known.beside {
             beside.extend(self.footings(held, other)?);
         }
         let restored = self.with_a_leg_restored(known);
-        let mut judged = self.try_on(held, &on_held, Screening::BROAD);
-        judged.extend(self.try_on(held, &beside, Screening::BESIDE));
-        judged.extend(self.try_on(held, &restored, Screening::RESTORED));
+        let mut judged = self.try_on(&round, &on_held, Screening::BROAD);
+        judged.extend(self.try_on(&round, &beside, Screening::BESIDE));
+        judged.extend(self.try_on(&round, &restored, Screening::RESTORED));
         sort(&mut judged);
-        let more = self.rest_of_leg_at_fault(held, &judged);
+        let more = self.rest_of_leg_at_fault(&round, &judged);
         judged.extend(more);
         sort(&mut judged);
         Ok(judged)
+    }
+
+    /// Faults of the sensor that nobody could overlook, best first.
+    pub(super) fn obvious(&self, held: &Arc<State<'a>>) -> Vec<Judged<'a>> {
+        let Some(round) = Round::new(held, self.brief, self.progress) else {
+            return Vec::new();
+        };
+        let of_sensing = Footing {
+            scope: Scope::Sensing,
+            ..Footing::new(Arc::clone(held))
+        };
+        let mut judged = self.try_on(&round, &[of_sensing], Screening::OBVIOUS);
+        judged.retain(|judged| judged.is_accepted() && judged.least_gain() > OBVIOUS_GAIN);
+        sort(&mut judged);
+        judged
     }
 
     /// A robot as it is calibrated and, where the same legs are damaged as of the one held, as
@@ -139,7 +162,7 @@ impl<'a> Tracing<'a> {
                     all.push(Footing {
                         base: Arc::clone(base),
                         suspect: restored,
-                        on_leg: Some(leg + 1),
+                        scope: Scope::Leg(leg + 1),
                         tried: Vec::new(),
                     });
                 }
@@ -151,7 +174,7 @@ impl<'a> Tracing<'a> {
     /// What has not been tried of the leg that the best of those judged puts at fault.
     fn rest_of_leg_at_fault(
         &self,
-        held: &Arc<State<'a>>,
+        round: &Round<'_, 'a>,
         judged: &[Judged<'a>],
     ) -> Vec<Judged<'a>> {
         let Some(first) = judged.first().filter(|first| first.is_accepted()) else {
@@ -167,25 +190,21 @@ impl<'a> Tracing<'a> {
         let footing = Footing {
             base: Arc::clone(&first.base),
             suspect: first.suspect.clone(),
-            on_leg: Some(leg),
+            scope: Scope::Leg(leg),
             tried: on_it.map(|judged| judged.placed().clone()).collect(),
         };
-        self.try_on(held, &[footing], Screening::ONE_LEG)
+        self.try_on(round, &[footing], Screening::ONE_LEG)
     }
 
     /// The effects that may be on these robots and look best on them.
     fn try_on(
         &self,
-        held: &Arc<State<'a>>,
+        round: &Round<'_, 'a>,
         footings: &[Footing<'a>],
         screening: Screening,
     ) -> Vec<Judged<'a>> {
-        Round {
-            held,
-            brief: self.brief,
-            progress: self.progress,
-        }
-        .try_on(
+        let held = round.held;
+        round.try_on(
             footings,
             screening,
             |suspect, leg| self.switching(held, suspect, leg),

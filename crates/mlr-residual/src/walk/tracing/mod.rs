@@ -1,5 +1,6 @@
 //! Tracing a residual to effects that the model lacks.
 
+mod chain;
 mod contenders;
 mod findings;
 mod judging;
@@ -9,6 +10,7 @@ mod state;
 use mlr_model::Morphology;
 use serde::{Deserialize, Serialize};
 
+use self::chain::Chain;
 use super::{
     ComparisonSettings, StretchErrors, Trial, UsualRemainder, WalkError, WalkExplanation,
     WalkModel, WalkRecord, remainder::remainder,
@@ -30,8 +32,8 @@ pub struct TracingSettings {
     /// How many times the price an effect has where robots answer to anything: roll or pitch
     /// are off by more than 1.5° without it, or yaw by more than 2°.
     pub wild_price: f64,
-    /// Effects that are added at most, one at least. What else was tried is reported as it was
-    /// before the last of them.
+    /// Effects that are added at most. What else was tried is reported as it was before the last
+    /// of them.
     pub most_effects: usize,
     /// Candidates this close to the best in their gains on both stretches together are
     /// its rivals.
@@ -112,42 +114,22 @@ pub fn explain_walk(
         settings,
         progress,
     };
-    let identified = suspects.first().ok_or(WalkError::Diverged)?;
-    let known = tracing.ranked(std::slice::from_ref(identified), &[])?;
+    let suspect = suspects.first().ok_or(WalkError::Diverged)?;
+    let known = tracing.ranked(std::slice::from_ref(suspect), &[])?;
     let first = known.first().cloned().ok_or(WalkError::Diverged)?;
-    let error_before = tracing.as_described(&identified.morphology, first.lost_links())?;
+    let error_before = tracing.as_described(&suspect.morphology, first.lost_links())?;
     let error_calibrated = errors(&first.trial);
     let residual_before = tracing.decomposed(&first);
-    let mut hypotheses = tracing
-        .weighed(known, suspects, &[])?
-        .ok_or(WalkError::Diverged)?;
-    let mut effects = Vec::new();
-    let mut candidates = loop {
-        let judged = tracing.round(&hypotheses)?;
-        let contenders = tracing.contenders(&hypotheses.held, &judged)?;
-        let [best, rivals @ ..] = &contenders[..] else {
-            break judged;
-        };
-        effects.push(tracing.traced(best, rivals));
-        let with_best = best.state.clone();
-        let found = with_best.trial.effects.clone();
-        let mut again = search.with_effects(&with_best.model());
-        again.extend_from_slice(suspects);
-        again.extend(tracing.neighbours(&with_best.morphology));
-        dedup(&mut again);
-        hypotheses = tracing
-            .weighed(vec![with_best], &again, &found)?
-            .ok_or(WalkError::Diverged)?;
-        if effects.len() >= settings.most_effects {
-            break judged;
-        }
-    };
-    let state = &hypotheses.held;
-    tracing.finish_effects(state, &mut effects);
-    if let Some(locked) = tracing.locked_links(state)? {
+    let Chain {
+        held: state,
+        mut effects,
+        mut candidates,
+    } = tracing.chain(known, suspects)?;
+    tracing.finish_effects(&state, &mut effects);
+    if let Some(locked) = tracing.locked_links(&state)? {
         effects.push(locked);
     }
-    let residual_after = tracing.decomposed(state);
+    let residual_after = tracing.decomposed(&state);
     let left = remainder(record, &state.model(), &residual_after, &settings.remainder);
     candidates.retain(|judged| !effects.iter().any(|effect| effect.kind == judged.kind()));
     let mut warnings = Vec::new();
@@ -156,7 +138,7 @@ pub fn explain_walk(
             .push("the log does not show the robot standing: offsets at rest are not known".into());
     }
     Ok(WalkExplanation {
-        morphology_before: identified.morphology.to_rows(),
+        morphology_before: suspect.morphology.to_rows(),
         morphology: state.morphology.to_rows(),
         damaged_legs: state.morphology.damaged_legs(),
         effects,

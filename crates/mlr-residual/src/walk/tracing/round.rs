@@ -9,19 +9,40 @@ use super::{Suspect, state::State};
 use crate::walk::{Comparison, Placed, Prediction, Trial, WalkRecord, Walker};
 use crate::{
     Progress,
-    walk_effects::{LIBRARY, WalkEffect},
+    walk_effects::{LIBRARY, Place, WalkEffect},
 };
 
 /// What all tries of a round have in common.
 pub(super) struct Round<'r, 'a> {
     /// What effects compete with.
     pub(super) held: &'r Arc<State<'a>>,
+    /// What the first looks cost with no effect more: for those for which the body has to walk,
+    /// and those of the sensor.
+    costs: [f64; 2],
     /// For first looks.
-    pub(super) brief: &'a WalkRecord,
-    pub(super) progress: &'r dyn Progress,
+    brief: &'a WalkRecord,
+    progress: &'r dyn Progress,
 }
 
-impl<'a> Round<'_, 'a> {
+impl<'r, 'a> Round<'r, 'a> {
+    /// `None` when the robot held does not walk.
+    pub(super) fn new(
+        held: &'r Arc<State<'a>>,
+        brief: &'a WalkRecord,
+        progress: &'r dyn Progress,
+    ) -> Option<Self> {
+        let footing = Footing::new(Arc::clone(held));
+        let walked = footing.walked(brief)?;
+        let costs = [&walked.briefly, &held.comparison]
+            .map(|comparison| comparison.settle(&walked.predicted, &[]).cost);
+        Some(Self {
+            held,
+            costs,
+            brief,
+            progress,
+        })
+    }
+
     /// Looks at every effect on each of these robots from all its starts, and fits those that
     /// look best: their cost, and `more` that a robot must gain with an effect on a leg, from 1
     /// (0: on none), comes near that of the robot held. Returns what is said of one trial per
@@ -33,12 +54,7 @@ impl<'a> Round<'_, 'a> {
         more: impl Fn(&Suspect, usize) -> f64,
         judge: impl Fn(&Footing<'a>, Trial) -> J + Sync,
     ) -> Vec<J> {
-        let held = Footing::new(Arc::clone(self.held));
-        let Some(held) = held.walked(self.brief) else {
-            return Vec::new();
-        };
-        let [of_body, of_sensing] = [&held.briefly, &self.held.comparison]
-            .map(|comparison| comparison.settle(&held.predicted, &[]).cost);
+        let [of_body, of_sensing] = self.costs;
         let walked: Vec<Walked<'_, 'a>> = footings
             .par_iter()
             .filter_map(|footing| footing.walked(self.brief))
@@ -83,10 +99,31 @@ pub(super) struct Footing<'a> {
     pub(super) base: Arc<State<'a>>,
     /// What walks with this model.
     pub(super) suspect: Suspect,
-    /// The leg, from 1, whose effects alone are tried.
-    pub(super) on_leg: Option<usize>,
+    /// Which effects are tried.
+    pub(super) scope: Scope,
     /// What has been tried on it.
     pub(super) tried: Vec<Placed>,
+}
+
+/// Which effects are tried on a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// All of the library.
+    All,
+    /// Those of a leg, from 1.
+    Leg(usize),
+    /// Those of the sensor, for which nothing has to walk.
+    Sensing,
+}
+
+impl Scope {
+    fn contains(self, effect: &dyn WalkEffect, place: Place) -> bool {
+        match self {
+            Self::All => true,
+            Self::Leg(leg) => place.leg() == leg,
+            Self::Sensing => effect.is_of_sensing(),
+        }
+    }
 }
 
 /// A footing, and how it walks with the effects found.
@@ -105,6 +142,10 @@ struct Glance<'f, 'a> {
     /// Less that of the robot held.
     cost: f64,
 }
+
+/// What a fault of the sensor that nobody could overlook gains on either stretch: the rates of the
+/// standing robot show a bias that clearly.
+pub(super) const OBVIOUS_GAIN: f64 = 100.0;
 
 /// Which first looks are followed by a fit.
 #[derive(Debug, Clone, Copy)]
@@ -132,6 +173,11 @@ impl Screening {
     pub(super) const BESIDE: Self = Self {
         fits_per_kind: 4,
         slack: [5.0, 0.0],
+    };
+    /// Of faults of the sensor that nobody could overlook.
+    pub(super) const OBVIOUS: Self = Self {
+        fits_per_kind: 1,
+        slack: [-OBVIOUS_GAIN; 2],
     };
     /// Of the effects on one leg that is known to be at fault.
     pub(super) const ONE_LEG: Self = Self {
@@ -173,7 +219,7 @@ impl<'a> Footing<'a> {
         Self {
             suspect: base.suspect(),
             base,
-            on_leg: None,
+            scope: Scope::All,
             tried: Vec::new(),
         }
     }
@@ -199,7 +245,7 @@ impl<'a> Footing<'a> {
         let mut starts = Vec::new();
         for effect in kinds_for(&self.base.comparison) {
             for place in effect.places(&model.robot, &self.suspect.morphology) {
-                if self.on_leg.is_some_and(|leg| leg != place.leg()) {
+                if !self.scope.contains(effect, place) {
                     continue;
                 }
                 for values in effect.starts(place, &model, record) {
