@@ -34,12 +34,22 @@ fn without_drift(times_s: &[f64], mut angles_deg: Vec<f64>, tolerance_deg: f64) 
         if time_s >= renew_s {
             // The first stretch is looked at ahead of time: nothing is known before it.
             let end_s = time_s.max(first_s + STRAIGHT_S);
-            let begin = times_s.partition_point(|t| *t < end_s - STRAIGHT_S);
-            let stretch = begin..times_s.partition_point(|t| *t <= end_s);
-            let line = Line::through(&times_s[stretch.clone()], &measured_deg[stretch]);
-            if line.error < tolerance_deg {
-                rate_dps = line.slope;
-            }
+            let line_from = |begin_s: f64, end_s: f64| {
+                let begin = times_s.partition_point(|t| *t < begin_s);
+                let stretch = begin..times_s.partition_point(|t| *t <= end_s);
+                let line = Line::through(&times_s[stretch.clone()], &measured_deg[stretch]);
+                (line.error < tolerance_deg).then_some(line.slope)
+            };
+            let straight = line_from(end_s - STRAIGHT_S, end_s);
+            // A filter that has only just been started bends a drift most.
+            let middle_s = end_s - STRAIGHT_S / 2.0;
+            let in_halves = || {
+                let first = line_from(end_s - STRAIGHT_S, middle_s)?;
+                let last = line_from(middle_s, end_s)?;
+                Some(if index == 0 { first } else { last })
+            };
+            let rate = straight.or_else(in_halves);
+            rate_dps = rate.unwrap_or(rate_dps);
             renew_s = end_s.max(renew_s + RENEWED_S);
         }
         drifted_deg += rate_dps * (time_s - before_s);
@@ -120,6 +130,19 @@ mod tests {
             .map(|w| (w[4] - w[0]).abs())
             .fold(0.0, f64::max);
         assert!(steepest < 0.05, "{steepest}");
+    }
+
+    #[test]
+    fn a_drift_that_a_filter_bends_from_its_first_sample_on_is_followed() {
+        // A bias of 5 °/s in a filter that trusts the gyroscope for 1.9 s.
+        let bent = |t: &f64| 5.0 * 1.9 * (1.0 - (-t / 1.9).exp());
+        let bent = times_s().iter().map(bent).collect();
+        let without = without_drift(&times_s(), bent, 0.02);
+        let steepest = without
+            .windows(5)
+            .map(|w| (w[4] - w[0]).abs())
+            .fold(0.0, f64::max);
+        assert!(steepest < 0.04, "{steepest}");
     }
 
     #[test]
