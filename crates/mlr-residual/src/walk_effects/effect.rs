@@ -104,6 +104,11 @@ pub trait WalkEffect: Sync + Debug {
         false
     }
 
+    /// Whether the rates of the standing robot show it, which nothing else changes.
+    fn shows_at_rest(&self) -> bool {
+        false
+    }
+
     /// Whether it shifts the whole walk in time, which shows only in a log that tells
     /// when the walk was commanded.
     fn is_a_delay(&self) -> bool {

@@ -69,4 +69,8 @@ impl WalkEffect for GyroBias {
     fn is_of_sensing(&self) -> bool {
         true
     }
+
+    fn shows_at_rest(&self) -> bool {
+        true
+    }
 }

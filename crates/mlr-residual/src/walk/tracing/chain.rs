@@ -21,8 +21,8 @@ pub(super) struct Chain<'a> {
 impl<'a> Tracing<'a> {
     /// Adds the best effect to the robot as identified, one of the `suspects`, and identifies it
     /// again, until nothing is worth its price. `known` is how this robot may be, the likeliest
-    /// first. Faults of the sensor that nobody could overlook come first of all: looks at the
-    /// body tell little before they are known.
+    /// first. What nobody could overlook in the rates of the standing robot comes first of all:
+    /// looks at the body tell little before it is known.
     pub(super) fn chain(
         &self,
         known: Vec<State<'a>>,

@@ -117,16 +117,20 @@ impl<'a> Tracing<'a> {
         Ok(judged)
     }
 
-    /// Faults of the sensor that nobody could overlook, best first.
+    /// What nobody could overlook in the rates of the standing robot, best first. Everything else
+    /// that a standing robot shows, a slope does as well as a tilted sensor.
     pub(super) fn obvious(&self, held: &Arc<State<'a>>) -> Vec<Judged<'a>> {
+        if self.record.rest_rate_dps().is_none() {
+            return Vec::new();
+        }
         let Some(round) = Round::new(held, self.brief, self.progress) else {
             return Vec::new();
         };
-        let of_sensing = Footing {
-            scope: Scope::Sensing,
+        let at_rest = Footing {
+            scope: Scope::AtRest,
             ..Footing::new(Arc::clone(held))
         };
-        let mut judged = self.try_on(&round, &[of_sensing], Screening::OBVIOUS);
+        let mut judged = self.try_on(&round, &[at_rest], Screening::OBVIOUS);
         judged.retain(|judged| judged.is_accepted() && judged.least_gain() > OBVIOUS_GAIN);
         sort(&mut judged);
         judged

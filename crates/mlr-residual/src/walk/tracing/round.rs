@@ -112,8 +112,8 @@ pub(super) enum Scope {
     All,
     /// Those of a leg, from 1.
     Leg(usize),
-    /// Those of the sensor, for which nothing has to walk.
-    Sensing,
+    /// Those that the rates of the standing robot show.
+    AtRest,
 }
 
 impl Scope {
@@ -121,7 +121,7 @@ impl Scope {
         match self {
             Self::All => true,
             Self::Leg(leg) => place.leg() == leg,
-            Self::Sensing => effect.is_of_sensing(),
+            Self::AtRest => effect.shows_at_rest(),
         }
     }
 }
@@ -143,8 +143,8 @@ struct Glance<'f, 'a> {
     cost: f64,
 }
 
-/// What a fault of the sensor that nobody could overlook gains on either stretch: the rates of the
-/// standing robot show a bias that clearly.
+/// What an effect that nobody could overlook gains on either stretch: rates at rest show a bias
+/// that clearly.
 pub(super) const OBVIOUS_GAIN: f64 = 100.0;
 
 /// Which first looks are followed by a fit.
@@ -174,7 +174,7 @@ impl Screening {
         fits_per_kind: 4,
         slack: [5.0, 0.0],
     };
-    /// Of faults of the sensor that nobody could overlook.
+    /// Of effects that nobody could overlook.
     pub(super) const OBVIOUS: Self = Self {
         fits_per_kind: 1,
         slack: [-OBVIOUS_GAIN; 2],
