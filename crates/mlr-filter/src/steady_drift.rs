@@ -102,6 +102,12 @@ mod tests {
         (0..500).map(|i| f64::from(i) * 0.01).collect()
     }
 
+    /// Within 0.04 s.
+    fn largest_step(angles_deg: &[f64]) -> f64 {
+        let steps = angles_deg.windows(5).map(|w| (w[4] - w[0]).abs());
+        steps.fold(0.0, f64::max)
+    }
+
     #[test]
     fn a_drift_is_gone_and_what_moves_stays() {
         let moved = |t: f64| {
@@ -125,10 +131,7 @@ mod tests {
     fn a_drift_that_bends_is_followed() {
         let bent = times_s().iter().map(|t| 1.2 * t * t).collect();
         let without = without_drift(&times_s(), bent, 0.05);
-        let steepest = without
-            .windows(5)
-            .map(|w| (w[4] - w[0]).abs())
-            .fold(0.0, f64::max);
+        let steepest = largest_step(&without);
         assert!(steepest < 0.05, "{steepest}");
     }
 
@@ -138,10 +141,7 @@ mod tests {
         let bent = |t: &f64| 5.0 * 1.9 * (1.0 - (-t / 1.9).exp());
         let bent = times_s().iter().map(bent).collect();
         let without = without_drift(&times_s(), bent, 0.02);
-        let steepest = without
-            .windows(5)
-            .map(|w| (w[4] - w[0]).abs())
-            .fold(0.0, f64::max);
+        let steepest = largest_step(&without);
         assert!(steepest < 0.04, "{steepest}");
     }
 

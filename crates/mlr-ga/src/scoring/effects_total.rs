@@ -66,26 +66,16 @@ impl EffectsTotal {
         let of = |wanted: &dyn Fn(&EffectsScore) -> bool| -> Vec<&EffectsScore> {
             scores.iter().filter(|score| wanted(score)).collect()
         };
-        let visible = of(&|s| !s.truth.is_empty() && s.in_library && s.visibility.is_visible());
-        let invisible = of(&|s| !s.truth.is_empty() && s.in_library && !s.visibility.is_visible());
+        let has_known_effect = |s: &EffectsScore| !s.truth.is_empty() && s.in_library;
+        let is_visible = |s: &EffectsScore| has_known_effect(s) && s.visibility.is_visible();
+        let visible = of(&is_visible);
+        let standing_out = of(&|s| is_visible(s) && s.visibility != Visibility::WithinSpread);
+        let two_effects = of(&|s| is_visible(s) && s.truth.len() > 1);
+        let invisible = of(&|s| has_known_effect(s) && !s.visibility.is_visible());
         let undisturbed = of(&|s| s.truth.is_empty());
         let outside = of(&|s| !s.in_library);
+        let outside_visible = of(&|s| !s.in_library && s.visibility.is_visible());
         let unexplained = |logs: &[&EffectsScore]| logs.iter().filter(|s| s.unexplained).count();
-        let outside_visible: Vec<&EffectsScore> = outside
-            .iter()
-            .copied()
-            .filter(|s| s.visibility.is_visible())
-            .collect();
-        let standing_out: Vec<&EffectsScore> = visible
-            .iter()
-            .copied()
-            .filter(|s| s.visibility != Visibility::WithinSpread)
-            .collect();
-        let two_effects: Vec<&EffectsScore> = visible
-            .iter()
-            .copied()
-            .filter(|s| s.truth.len() > 1)
-            .collect();
         let on_a_leg: Vec<bool> = visible
             .iter()
             .flat_map(|s| on_right_leg(&s.truth, &s.found))
