@@ -49,19 +49,7 @@ pub(crate) fn least_squares(
     let mut jacobian = slopes(parameters, &values, &errors, &residual);
     for _ in 0..MAX_STEPS {
         let (normal, gradient) = normal_equations(&jacobian, &errors);
-        let mut damped = normal.clone();
-        for k in 0..parameters.len() {
-            damped[(k, k)] += damping * normal[(k, k)].max(f64::MIN_POSITIVE);
-        }
-        let step = damped.cholesky().map(|factors| factors.solve(&gradient));
-        let tried = step.map(|step| -> Vec<f64> {
-            let moved = values.iter().zip(step.iter()).zip(parameters);
-            moved
-                .map(|((value, step), parameter)| {
-                    (value - step * parameter.step).clamp(parameter.lower, parameter.upper)
-                })
-                .collect()
-        });
+        let tried = step_within_bounds(parameters, &values, &normal, &gradient, damping);
         let tried_errors = tried.as_ref().map(|tried| residual(tried));
         match (tried, tried_errors) {
             (Some(tried), Some(tried_errors)) if square_sum(&tried_errors) < cost => {
@@ -116,6 +104,40 @@ fn with_fixed(
     Fit {
         values: expanded(&fit.values, &start),
         half_width_95: expanded(&fit.half_width_95, &|_| 0.0),
+    }
+}
+
+/// Where a damped step leads. A parameter at a bound that the step would cross stays
+/// there, and the step is taken anew for the others: were it only cut off, they would move as
+/// if it had moved along with them. None where the equations cannot be solved.
+fn step_within_bounds(
+    parameters: &[Parameter],
+    values: &[f64],
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+) -> Option<Vec<f64>> {
+    let mut free: Vec<usize> = (0..parameters.len()).collect();
+    loop {
+        let mut damped = normal.select_rows(&free).select_columns(&free);
+        for k in 0..free.len() {
+            damped[(k, k)] += damping * damped[(k, k)].max(f64::MIN_POSITIVE);
+        }
+        let step = damped.cholesky()?.solve(&gradient.select_rows(&free));
+        let mut moved = values.to_vec();
+        for (k, step) in free.iter().zip(step.iter()) {
+            moved[*k] -= step * parameters[*k].step;
+        }
+        let crosses = |k: &usize| {
+            let Parameter { lower, upper, .. } = parameters[*k];
+            (values[*k] <= lower && moved[*k] < lower) || (values[*k] >= upper && moved[*k] > upper)
+        };
+        let before = free.len();
+        free.retain(|k| !crosses(k));
+        if free.len() == before {
+            let bounded = moved.iter().zip(parameters);
+            return Some(bounded.map(|(v, p)| v.clamp(p.lower, p.upper)).collect());
+        }
     }
 }
 
@@ -234,6 +256,34 @@ mod tests {
             assert!(error < fit.half_width_95[k] + 1e-4, "{fit:?}");
             assert!(fit.half_width_95[k] < 0.02, "{fit:?}");
         }
+    }
+
+    #[test]
+    fn a_bound_on_one_parameter_leaves_the_others_at_their_best() {
+        // Nearly the same column twice, so that cutting the first off moves the second far.
+        let column = |i: usize| (i as f64 * 0.37).sin();
+        let twin = |i: usize| column(i) + 0.1 * (i as f64 * 0.11).cos();
+        let error = |values: &[f64], i: usize| {
+            values[0] * column(i) + values[1] * twin(i) - 2.0 * column(i) + 0.5 * twin(i)
+        };
+        let parameters = |upper| {
+            [
+                Parameter::new("first", 0.5).step(1e-3).bounds(0.0, upper),
+                Parameter::new("second", 0.0).step(1e-3),
+            ]
+        };
+        let fit = |upper| {
+            let errors = |values: &[f64]| (0..300).map(|i| error(values, i)).collect();
+            least_squares(&parameters(upper), 15, errors).values
+        };
+        let free = fit(10.0);
+        assert!((free[0] - 2.0).abs() < 1e-6 && (free[1] + 0.5).abs() < 1e-6);
+        let bounded = fit(1.0);
+        // What is left of the first column, on the second.
+        let sum = |f: &dyn Fn(usize) -> f64| (0..300).map(f).sum::<f64>();
+        let best = sum(&|i| column(i) * twin(i)) / sum(&|i| twin(i) * twin(i)) - 0.5;
+        assert_eq!(bounded[0], 1.0);
+        assert!((bounded[1] - best).abs() < 1e-6, "{bounded:?}, best {best}");
     }
 
     #[test]

@@ -58,8 +58,9 @@ struct Judged {
 /// Errors are compared in 15 blocks, in two ways: as they are, and within each block
 /// less its mean, which drift hardly touches. A candidate is accepted when one of
 /// them falls by more than the price of its parameters, the other does not rise, no parameter lies at the
-/// bound of what such sensors have, and an exact sign-flip test over the blocks says that the gain would come by chance
-/// with a probability below `significance / candidates`. Since a drift is one
+/// bound of what such sensors have, the first half alone tells one of them from where the
+/// effect does nothing, and an exact sign-flip test over the blocks says that the gain would come by chance with a
+/// probability below `significance / candidates`. Since a drift is one
 /// accident rather than fifteen, a smaller drift alone is evidence only while the
 /// error is above three times the noise floor, or for effects that observe the drift, such
 /// as gravity, and have gained on the first half too. Of the most
@@ -227,9 +228,12 @@ fn judge(
         (false, false) => within_chance.min(level_chance),
     };
     let at_bound = trial.is_at_bound(effect.kind());
-    let accepted = (by_within || by_level) && !at_bound;
+    let absent = trial.is_absent(effect.kind());
+    let accepted = (by_within || by_level) && !at_bound && !absent;
     let verdict = if at_bound {
         "helps only beyond what such sensors have".into()
+    } else if absent {
+        "may as well not be there, by the half that it was fitted on".into()
     } else if accepted {
         "within noise of what was added".into()
     } else if new.validation_deg > old.validation_deg {

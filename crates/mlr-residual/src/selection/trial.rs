@@ -173,6 +173,17 @@ impl Trial {
             })
     }
 
+    /// Whether an effect may as well not be there, by the half that it was fitted on: the
+    /// intervals of all that it has to set hold the value at which it does nothing.
+    pub(super) fn is_absent(&self, kind: &str) -> bool {
+        let mut parameters = self.parameters().filter(|(of, ..)| *of == kind).peekable();
+        let holds = |(_, parameter, width): (&str, &Parameter, f64)| {
+            let absent = parameter.neutral;
+            absent.is_some_and(|absent| (parameter.start - absent).abs() <= width)
+        };
+        parameters.peek().is_some() && parameters.all(holds)
+    }
+
     /// Every parameter with its effect's kind and the half width of its interval.
     pub(super) fn parameters(&self) -> impl Iterator<Item = (&'static str, &Parameter, f64)> {
         self.effects
