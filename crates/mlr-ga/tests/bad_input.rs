@@ -298,7 +298,7 @@ fn what_cannot_be_explained() {
     folder.fails(
         &["explain", &log, "-o", &report],
         BAD_INPUT,
-        &["report.json", "exists", "expected a new file"],
+        &["report.json", "not overwritten"],
     );
     assert_eq!(fs::read_to_string(&report).unwrap(), "precious");
     let tracing = folder.write("tracing.toml", "most_efects = 2");

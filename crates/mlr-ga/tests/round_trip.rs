@@ -212,7 +212,7 @@ fn a_plot_shows_both_signals_and_overwrites_nothing() {
     folder.fails(
         &["identify", &log, "--config", &config, "--plot", &plot],
         2,
-        &["roll.svg", "exists"],
+        &["roll.svg", "not overwritten"],
     );
 }
 

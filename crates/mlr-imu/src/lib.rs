@@ -27,6 +27,7 @@ mod fusion;
 mod log;
 mod mounting;
 mod mpu6050;
+mod new_file;
 mod sample;
 mod sample_clock;
 
@@ -37,5 +38,6 @@ pub use log::{
 };
 pub use mounting::{Mounting, MountingError};
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};
+pub use new_file::NewFile;
 pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};
 pub use sample_clock::SampleClock;

@@ -1,5 +1,6 @@
-use std::{io::Write, ops::ControlFlow, path::Path};
+use std::{ops::ControlFlow, path::Path};
 
+use mlr_imu::NewFile;
 use mlr_model::{Gait, LostLinks, Morphology, Robot};
 use rayon::prelude::*;
 
@@ -48,45 +49,15 @@ pub fn build(
     progress: &dyn Progress,
 ) -> Result<u64, AtlasError> {
     let write = || {
-        if path.exists() {
-            return Err(already_exists());
-        }
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        // Made first: a folder that cannot be written is better known before the work.
-        let mut file = new_file_in(folder)?;
+        // A file that cannot be written is better known before the work.
+        let file = NewFile::reserve(path)?;
         let (header, samples) = simulate_all(robot, gait, settings, plan, progress)?;
-        file::write(&mut file, &header, &samples)?;
-        file.flush()?;
-        let size = file.as_file().metadata()?.len();
-        file.persist_noclobber(path)
-            .map_err(|failure| failure.error)?;
-        Ok(size)
+        file.write(|file| file::write(file, &header, &samples))
     };
     write().map_err(|problem| AtlasError {
         path: path.into(),
         problem,
     })
-}
-
-/// A file that others may read as far as the user's umask lets them, like any new
-/// file (a temporary file's own default is private).
-fn new_file_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    #[cfg_attr(not(unix), allow(unused_mut, reason = "only Unix has modes"))]
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
-fn already_exists() -> AtlasProblem {
-    std::io::Error::new(
-        std::io::ErrorKind::AlreadyExists,
-        "already exists and is not overwritten",
-    )
-    .into()
 }
 
 fn simulate_all(

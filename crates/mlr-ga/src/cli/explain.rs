@@ -1,12 +1,10 @@
 //! `mlr-ga explain`.
 
 use std::{
-    io::Write,
     path::{Path, PathBuf},
     time::Instant,
 };
 
-use anyhow::Context;
 use clap::Args;
 use mlr_ga::{ExplainSettings, Explained, IdentifySettings, Model, explain};
 use mlr_residual::walk::{StretchErrors, TracedEffect, TracingSettings, WalkExplanation};
@@ -16,7 +14,7 @@ use super::{
     identify::SearchName,
     log_file::LogFile,
     model_files::{self, AtlasFile, ModelFiles},
-    output,
+    output::{self, ResultFile},
     progress::Bar,
 };
 
@@ -74,11 +72,8 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     settings.motion_start_s = options.start_s.or(settings.motion_start_s);
     let tracing: TracingSettings = model_files::settings(options.tracing.as_deref())?;
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
-    let output = options
-        .output
-        .as_deref()
-        .map(NewFile::reserve)
-        .transpose()?;
+    let file = options.output.as_deref();
+    let file = file.map(ResultFile::reserve).transpose()?;
     let (recording, raw) = options.log.read_with_raw()?;
     let atlas = options.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
@@ -117,45 +112,11 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         elapsed_s: started.elapsed().as_secs_f64(),
     };
     let json = serde_json::to_string(&report)? + "\n";
-    if let Some(file) = output {
+    if let Some(file) = file {
         file.write(&json)?;
     }
     let text = if options.json { json } else { table(&report) };
     Ok(output::result(&text)?)
-}
-
-/// A file that appears under its name only when it is complete.
-struct NewFile<'a> {
-    path: &'a Path,
-    unfinished: tempfile::NamedTempFile,
-}
-
-impl<'a> NewFile<'a> {
-    /// Makes sure that the file can be written before the work begins.
-    fn reserve(path: &'a Path) -> anyhow::Result<Self> {
-        let name = || path.display().to_string();
-        if path.exists() {
-            return Err(anyhow::anyhow!("exists, expected a new file")).with_context(name);
-        }
-        let folder = match path.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        let unfinished = tempfile::NamedTempFile::new_in(folder).with_context(name)?;
-        Ok(Self { path, unfinished })
-    }
-
-    fn write(mut self, text: &str) -> anyhow::Result<()> {
-        let name = || self.path.display().to_string();
-        self.unfinished
-            .write_all(text.as_bytes())
-            .with_context(name)?;
-        self.unfinished
-            .persist_noclobber(self.path)
-            .map_err(|error| error.error)
-            .with_context(name)?;
-        Ok(())
-    }
 }
 
 /// The answer for people.

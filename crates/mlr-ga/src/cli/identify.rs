@@ -11,7 +11,8 @@ use mlr_ga::{
 use super::{
     log_file::LogFile,
     model_files::{self, AtlasFile, ModelFiles},
-    output, plot,
+    output::{self, ResultFile},
+    plot,
     progress::Bar,
 };
 
@@ -97,6 +98,8 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let started = Instant::now();
     let settings = options.settings()?;
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let picture = options.plot.as_deref();
+    let picture = picture.map(ResultFile::reserve).transpose()?;
     let recording = options.log.read()?;
     let atlas = options.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
@@ -116,8 +119,8 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     for warning in &identification.warnings {
         output::warning(warning);
     }
-    if let Some(path) = &options.plot {
-        plot::write(path, &identification)?;
+    if let Some(file) = picture {
+        file.write(&plot::svg(&identification)?)?;
     }
     let report = IdentificationReport::new(
         options.log.path().display().to_string(),

@@ -1,6 +1,12 @@
-//! Results to stdout, everything else to stderr.
+//! Results to stdout or into new files, everything else to stderr.
 
-use std::io::{self, Write};
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+use anyhow::Context;
+use mlr_imu::NewFile;
 
 /// A result for people: labels on the left, text on the right.
 #[derive(Debug, Default)]
@@ -22,6 +28,29 @@ impl Table {
     /// The finished text.
     pub(super) fn into_text(self) -> String {
         self.0
+    }
+}
+
+/// A new text file that a result goes to.
+#[derive(Debug)]
+pub(super) struct ResultFile {
+    name: String,
+    file: NewFile,
+}
+
+impl ResultFile {
+    /// Makes sure that it can be written before the work begins.
+    pub(super) fn reserve(path: &Path) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let file = NewFile::reserve(path).with_context(|| name.clone())?;
+        Ok(Self { name, file })
+    }
+
+    pub(super) fn write(self, text: &str) -> anyhow::Result<()> {
+        self.file
+            .write(|file| file.write_all(text.as_bytes()))
+            .context(self.name)?;
+        Ok(())
     }
 }
 

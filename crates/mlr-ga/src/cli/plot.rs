@@ -1,8 +1,6 @@
 //! Measured against simulated orientation, as a picture.
 
-use std::{fs::OpenOptions, io::Write, path::Path};
-
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use mlr_ga::{ComparedSignals, Identification};
 use plotters::prelude::*;
 
@@ -10,16 +8,11 @@ const SIZE: (u32, u32) = (900, 640);
 const MEASURED: RGBColor = RGBColor(0x1f, 0x4e, 0x79);
 const SIMULATED: RGBColor = RGBColor(0xd9, 0x6b, 0x0b);
 
-/// Writes a new SVG file.
-pub(super) fn write(path: &Path, identification: &Identification) -> anyhow::Result<()> {
+/// The picture as SVG.
+pub(super) fn svg(identification: &Identification) -> anyhow::Result<String> {
     let mut svg = String::new();
     draw(&mut svg, identification).map_err(|error| anyhow!("cannot draw the plot: {error}"))?;
-    OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(path)
-        .and_then(|mut file| file.write_all(svg.as_bytes()))
-        .with_context(|| path.display().to_string())
+    Ok(svg)
 }
 
 fn draw(

@@ -7,9 +7,9 @@ use std::{
 
 use flate2::{Compression, write::GzEncoder};
 use mlr_filter::OrientationSeries;
-use tempfile::NamedTempFile;
 
 use super::{LogError, LogProblem};
+use crate::NewFile;
 
 /// Writes time, roll, pitch and yaw under this project's column names, gzipped
 /// when the name ends in `.gz`. Numbers are written so that reading gives the
@@ -21,49 +21,29 @@ use super::{LogError, LogProblem};
 /// [`LogProblem::Exists`] when there is a file of that name, which stays as it
 /// is; [`LogProblem::Io`] when the log cannot be written.
 pub fn write_log(path: &Path, log: &OrientationSeries) -> Result<(), LogError> {
-    write(path, log).map_err(|problem| LogError {
+    write(path, log).map_err(|error| LogError {
         path: path.into(),
-        problem,
+        problem: match error.kind() {
+            io::ErrorKind::AlreadyExists => LogProblem::Exists,
+            _ => LogProblem::Io(error),
+        },
     })
 }
 
-fn write(path: &Path, log: &OrientationSeries) -> Result<(), LogProblem> {
-    if path.exists() {
-        return Err(LogProblem::Exists);
-    }
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut file = temporary_file_in(folder).map_err(LogProblem::Io)?;
-    if path.extension().is_some_and(|extension| extension == "gz") {
-        let mut encoder = GzEncoder::new(BufWriter::new(&mut file), Compression::default());
-        write_rows(&mut encoder, log)
-            .and_then(|()| encoder.finish())
-            .and_then(|mut text| text.flush())
-            .map_err(LogProblem::Io)?;
-    } else {
-        let mut text = BufWriter::new(&mut file);
-        write_rows(&mut text, log)
-            .and_then(|()| text.flush())
-            .map_err(LogProblem::Io)?;
-    }
-    file.persist_noclobber(path)
-        .map_err(|failure| match failure.error.kind() {
-            io::ErrorKind::AlreadyExists => LogProblem::Exists,
-            _ => LogProblem::Io(failure.error),
-        })?;
+fn write(path: &Path, log: &OrientationSeries) -> io::Result<()> {
+    let zipped = path.extension().is_some_and(|extension| extension == "gz");
+    NewFile::reserve(path)?.write(|file| {
+        let mut file = BufWriter::new(file);
+        if zipped {
+            let mut encoder = GzEncoder::new(&mut file, Compression::default());
+            write_rows(&mut encoder, log)?;
+            encoder.finish()?;
+        } else {
+            write_rows(&mut file, log)?;
+        }
+        file.flush()
+    })?;
     Ok(())
-}
-
-/// A file that others may read as far as the user's umask lets them, like any
-/// new file (a temporary file's own default is private).
-fn temporary_file_in(folder: &Path) -> io::Result<NamedTempFile> {
-    #[cfg_attr(not(unix), allow(unused_mut, reason = "only Unix has modes"))]
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
 }
 
 fn write_rows(text: &mut impl Write, log: &OrientationSeries) -> io::Result<()> {

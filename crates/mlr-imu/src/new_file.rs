@@ -1,0 +1,137 @@
+use std::{
+    fs::File,
+    io,
+    path::{Path, PathBuf},
+};
+
+/// A file that appears under its name only when it is complete, and never in the place of
+/// another.
+///
+/// Nothing is left in the folder when the program is stopped while the content is still
+/// being worked out.
+#[derive(Debug)]
+pub struct NewFile {
+    path: PathBuf,
+}
+
+impl NewFile {
+    /// Makes sure that a file of this name can be made, which is better known before long
+    /// work than after it.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::AlreadyExists`] when there is one already; whatever the folder
+    /// answers when nothing can be written there.
+    pub fn reserve(path: &Path) -> io::Result<Self> {
+        if path.exists() {
+            return Err(already_exists());
+        }
+        // Without a name from the beginning, where the system can do that.
+        tempfile::tempfile_in(folder_of(path))?;
+        Ok(Self { path: path.into() })
+    }
+
+    /// Has the content written and gives the file its name. Others may read it as far as the
+    /// user's umask lets them, like any new file. Returns its size in bytes.
+    ///
+    /// # Errors
+    /// What `content` returns, and [`io::ErrorKind::AlreadyExists`] when a file of that name has
+    /// appeared since; it stays as it is.
+    pub fn write<E: From<io::Error>>(
+        &self,
+        content: impl FnOnce(&mut File) -> Result<(), E>,
+    ) -> Result<u64, E> {
+        #[cfg_attr(not(unix), allow(unused_mut, reason = "only Unix has modes"))]
+        let mut builder = tempfile::Builder::new();
+        // A temporary file's own default is private.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = builder.tempfile_in(folder_of(&self.path))?;
+        content(file.as_file_mut())?;
+        let size = file.as_file().metadata()?.len();
+        file.persist_noclobber(&self.path)
+            .map_err(|failure| match failure.error.kind() {
+                io::ErrorKind::AlreadyExists => already_exists(),
+                _ => failure.error,
+            })?;
+        Ok(size)
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+fn already_exists() -> io::Error {
+    io::Error::new(
+        io::ErrorKind::AlreadyExists,
+        "already exists and is not overwritten",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{fs, io::Write};
+
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect()
+    }
+
+    #[test]
+    fn it_appears_when_it_is_complete() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("answer.json");
+        let file = NewFile::reserve(&path).unwrap();
+        assert!(names(folder.path()).is_empty());
+        let size = file.write(|file| {
+            file.write_all(b"half")?;
+            assert!(!path.exists());
+            file.write_all(b" and half")
+        });
+        assert_eq!(size.unwrap(), 13);
+        assert_eq!(names(folder.path()), ["answer.json"]);
+        #[cfg(unix)]
+        {
+            let mode = |path| std::os::unix::fs::MetadataExt::mode(&fs::metadata(path).unwrap());
+            let usual = folder.path().join("usual");
+            fs::write(&usual, "").unwrap();
+            assert_eq!(mode(&path), mode(&usual));
+        }
+    }
+
+    #[test]
+    fn a_failure_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = NewFile::reserve(&folder.path().join("answer.json")).unwrap();
+        let failed = file.write(|file| {
+            file.write_all(b"half")?;
+            Err(io::Error::other("no more"))
+        });
+        assert_eq!(failed.unwrap_err().to_string(), "no more");
+        assert!(names(folder.path()).is_empty());
+        let nowhere = folder.path().join("no such folder").join("answer.json");
+        let missing = NewFile::reserve(&nowhere).unwrap_err();
+        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn what_is_there_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.json");
+        let file = NewFile::reserve(&path).unwrap();
+        fs::write(&path, "precious").unwrap();
+        let late = file.write(|file| file.write_all(b"mine"));
+        assert_eq!(late.unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        let early = NewFile::reserve(&path).unwrap_err();
+        assert_eq!(early.kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "precious");
+        assert_eq!(names(folder.path()), ["mine.json"]);
+    }
+}
