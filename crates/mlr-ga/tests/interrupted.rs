@@ -2,8 +2,6 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-mod program;
-
 use std::{
     fs,
     os::unix::process::ExitStatusExt,
@@ -13,7 +11,6 @@ use std::{
 };
 
 use assert_cmd::cargo::cargo_bin;
-use program::Folder;
 use rustix::process::{Pid, Signal, kill_process};
 
 /// Long enough for the file to be reserved, far too short for any answer.
@@ -22,11 +19,11 @@ const AT_WORK: Duration = Duration::from_secs(2);
 /// Interrupts the program while it works on a new file in an empty folder: nothing may be in
 /// there afterwards, nor on stdout.
 fn leaves_nothing_behind(arguments: &[&str], new_file: &str) {
-    let folder = Folder::new();
-    let path = folder.path(new_file);
+    let folder = tempfile::tempdir().unwrap();
     let program = Command::new(cargo_bin!("mlr-ga"))
         .args(arguments)
-        .args(["-o", &path])
+        .arg("-o")
+        .arg(folder.path().join(new_file))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn();
@@ -37,7 +34,7 @@ fn leaves_nothing_behind(arguments: &[&str], new_file: &str) {
     let output = program.wait_with_output().unwrap();
     assert_eq!(output.status.signal(), Some(Signal::INT.as_raw()));
     assert!(output.stdout.is_empty(), "no partial result");
-    let left: Vec<_> = fs::read_dir(folder.path("")).unwrap().collect();
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
     assert!(left.is_empty(), "{left:?}");
 }
 
