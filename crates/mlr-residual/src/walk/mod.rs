@@ -18,7 +18,7 @@ pub use comparison::ErrorWeights;
 pub use decomposition::{AxisResidual, Harmonic};
 pub use model::WalkModel;
 pub use record::WalkRecord;
-pub use remainder::UsualRemainder;
+pub use remainder::{Allowance, Leavings, UsualRemainder};
 pub use report::{
     ByAxis, RemainingResidual, Reported, Rival, StretchErrors, TracedEffect, WalkCandidate,
     WalkExplanation,
