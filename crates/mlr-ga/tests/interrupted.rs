@@ -1,4 +1,4 @@
-//! Ctrl-C in the middle of long work.
+//! Stopped in the middle of long work, as by Ctrl-C.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -16,7 +16,11 @@ use rustix::process::{Pid, Signal, kill_process};
 /// Long enough for the file to be reserved, far too short for any answer.
 const AT_WORK: Duration = Duration::from_secs(2);
 
-/// Interrupts the program while it works on a new file in an empty folder: nothing may be in
+/// Does what Ctrl-C does, the program having no handler for either, and works for jobs in the
+/// background too, which ignore that.
+const STOP: Signal = Signal::TERM;
+
+/// Stops the program while it works on a new file in an empty folder: nothing may be in
 /// there afterwards, nor on stdout.
 fn leaves_nothing_behind(arguments: &[&str], new_file: &str) {
     let folder = tempfile::tempdir().unwrap();
@@ -30,9 +34,9 @@ fn leaves_nothing_behind(arguments: &[&str], new_file: &str) {
     let mut program = program.unwrap();
     thread::sleep(AT_WORK);
     assert_eq!(program.try_wait().unwrap(), None, "still at work");
-    kill_process(Pid::from_child(&program), Signal::INT).unwrap();
+    kill_process(Pid::from_child(&program), STOP).unwrap();
     let output = program.wait_with_output().unwrap();
-    assert_eq!(output.status.signal(), Some(Signal::INT.as_raw()));
+    assert_eq!(output.status.signal(), Some(STOP.as_raw()));
     assert!(output.stdout.is_empty(), "no partial result");
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
     assert!(left.is_empty(), "{left:?}");
