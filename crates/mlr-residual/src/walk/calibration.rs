@@ -4,7 +4,8 @@ use mlr_model::{ModelError, Morphology};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Comparison, ErrorWeights, Placed, Poll, UsualDifferences, WalkModel, WalkRecord, Walker,
+    Comparison, Effort, ErrorWeights, Placed, Poll, Trace, UsualDifferences, WalkModel, WalkRecord,
+    Walker,
     usual::{Difference, NearbyWalks},
 };
 
@@ -75,6 +76,7 @@ impl<'a> Calibration<'a> {
         effects: &[Placed],
         morphology: &Morphology,
         record: &'a WalkRecord,
+        effort: Effort,
     ) -> Result<Option<Self>, ModelError> {
         let calibrate = Calibrate {
             settings,
@@ -86,28 +88,19 @@ impl<'a> Calibration<'a> {
             return Ok(None);
         };
         for _ in 0..MAX_ROUNDS {
-            let sizes = best.sizes.clone();
-            let mut gain = 0.0;
-            for share in STEP_SHARES {
-                let tried = calibrate.moved(&best, &sizes, share)?;
-                if let Some(tried) = tried.filter(|tried| tried.cost < best.cost) {
-                    gain = best.cost - tried.cost;
-                    best = tried;
-                    break;
-                }
-            }
+            let Some(better) = calibrate.stepped(&best)? else {
+                break;
+            };
+            let gain = best.cost - better.cost;
+            best = better;
             if gain < SETTLED {
                 break;
             }
         }
-        if best.is_rough {
+        if best.is_rough && effort == Effort::Polls {
             best = calibrate.polled(best)?;
         }
-        let weights = settings.weights;
-        Ok(Some(Self {
-            comparison: Comparison::new(record, weights, best.traces, best.here.there),
-            model: best.here.model,
-        }))
+        calibrate.over_the_whole_record(best.here)
     }
 
     /// The cost of a model with effects when the usual differences are fitted in a
@@ -142,7 +135,8 @@ impl<'a> Calibration<'a> {
         record: &'a WalkRecord,
     ) -> Result<Option<Comparison<'a>>, ModelError> {
         let ComparisonSettings { usual, weights } = settings;
-        let walks = NearbyWalks::new(usual, model, morphology, record)?;
+        let samples = record.times_s().len();
+        let walks = NearbyWalks::new(usual, model, morphology, record, samples)?;
         Ok(walks.map(|walks| {
             let traces = walks.traces(usual, model, record);
             Comparison::new(record, *weights, traces, Difference::none())
@@ -160,7 +154,8 @@ struct Calibrate<'a, 'r> {
 /// Where a calibration has come to.
 struct Stage {
     here: Start,
-    traces: Vec<super::Trace>,
+    /// Of the fitted stretch.
+    traces: Vec<Trace>,
     /// What the traces would still add.
     sizes: Vec<f64>,
     cost: f64,
@@ -168,7 +163,7 @@ struct Stage {
     is_rough: bool,
 }
 
-impl Calibrate<'_, '_> {
+impl<'r> Calibrate<'_, 'r> {
     fn with_effects(&self, model: &WalkModel) -> WalkModel {
         let walker = Walker {
             model,
@@ -178,27 +173,49 @@ impl Calibrate<'_, '_> {
         walker.with(self.effects)
     }
 
-    /// Walks a model and measures it.
+    /// With effects, but the filter time of the model.
+    fn sensed(&self, model: &WalkModel) -> WalkModel {
+        let mut with_effects = self.with_effects(model);
+        with_effects.sensing.filter_time_s = model.sensing.filter_time_s;
+        with_effects
+    }
+
+    /// Walks the fitted stretch with a model and measures it.
     fn at(&self, start: &Start) -> Result<Option<Stage>, ModelError> {
-        let usual = &self.settings.usual;
-        let with_effects = self.with_effects(&start.model);
-        let walks = NearbyWalks::new(usual, &with_effects, self.morphology, self.record)?;
+        let walks = self.walks(&start.model, self.record.fit().end)?;
         Ok(walks.map(|walks| self.of(start, &walks)))
+    }
+
+    /// A calibration that has come to its end.
+    fn over_the_whole_record(&self, here: Start) -> Result<Option<Calibration<'r>>, ModelError> {
+        let ComparisonSettings { usual, weights } = self.settings;
+        let walks = self.walks(&here.model, self.record.times_s().len())?;
+        Ok(walks.map(|walks| {
+            let traces = walks.traces(usual, &self.sensed(&here.model), self.record);
+            Calibration {
+                comparison: Comparison::new(self.record, *weights, traces, here.there),
+                model: here.model,
+            }
+        }))
+    }
+
+    fn walks(&self, model: &WalkModel, samples: usize) -> Result<Option<NearbyWalks>, ModelError> {
+        let with_effects = self.with_effects(model);
+        let usual = &self.settings.usual;
+        NearbyWalks::new(usual, &with_effects, self.morphology, self.record, samples)
     }
 
     /// Measures a model by its walks, with the filter time that suits it.
     fn of(&self, start: &Start, walks: &NearbyWalks) -> Stage {
         let ComparisonSettings { usual, weights } = self.settings;
-        let with_effects = self.with_effects(&start.model);
         let stage = |filter_time_s: f64| {
-            let mut tried = with_effects.clone();
-            tried.sensing.filter_time_s = filter_time_s;
-            let traces = walks.traces(usual, &tried, self.record);
-            let there = start.there.clone();
-            let comparison = Comparison::new(self.record, *weights, traces.clone(), there);
-            let settled = comparison.settle(&walks.predicted(&tried, self.record), &[]);
             let mut here = start.clone();
             here.model.sensing.filter_time_s = filter_time_s;
+            let model = self.sensed(&here.model);
+            let traces = walks.traces(usual, &model, self.record);
+            let there = start.there.clone();
+            let comparison = Comparison::new(self.record, *weights, traces.clone(), there);
+            let settled = comparison.settle(&walks.predicted(&model, self.record), &[]);
             Stage {
                 here,
                 traces,
@@ -222,15 +239,39 @@ impl Calibrate<'_, '_> {
         })
     }
 
-    /// Moves the model by a share of what the traces would still add.
-    fn moved(&self, from: &Stage, sizes: &[f64], share: f64) -> Result<Option<Stage>, ModelError> {
-        let mut moved = from.here.clone();
-        for (k, difference) in Difference::ALL.into_iter().enumerate() {
-            if difference.is_of_model() {
-                self.step(&mut moved, k, share * sizes[k]);
+    /// Moves the model by what the traces would still add, or as much of it as helps.
+    fn stepped(&self, from: &Stage) -> Result<Option<Stage>, ModelError> {
+        for share in STEP_SHARES {
+            let mut moved = from.here.clone();
+            for (k, difference) in Difference::ALL.into_iter().enumerate() {
+                if difference.is_of_model() {
+                    self.step(&mut moved, k, share * from.sizes[k]);
+                }
+            }
+            // Its own traces are walked only where those at hand promise something.
+            if self.cost_by_traces_of(from, &moved)? >= from.cost {
+                continue;
+            }
+            let tried = self.at(&moved)?;
+            if let Some(tried) = tried.filter(|tried| tried.cost < from.cost) {
+                return Ok(Some(tried));
             }
         }
-        self.at(&moved)
+        Ok(None)
+    }
+
+    /// The cost of a model near this stage if the usual differences leave the same traces there;
+    /// infinite when it diverges.
+    fn cost_by_traces_of(&self, from: &Stage, moved: &Start) -> Result<f64, ModelError> {
+        let ComparisonSettings { usual, weights } = self.settings;
+        let model = self.sensed(&moved.model);
+        let walks = NearbyWalks::alone(usual, &model, self.morphology, self.record)?;
+        Ok(walks.map_or(f64::INFINITY, |walks| {
+            let (traces, there) = (from.traces.clone(), moved.there.clone());
+            let comparison = Comparison::new(self.record, *weights, traces, there);
+            let predicted = walks.predicted(&model, self.record);
+            comparison.settle(&predicted, &[]).cost
+        }))
     }
 
     /// Makes a model and its sizes differ by so much more of the usual difference `k`.

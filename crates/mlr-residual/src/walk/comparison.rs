@@ -285,10 +285,15 @@ pub(crate) fn is_wild(mean_square_deg2: [f64; 3]) -> bool {
     exceeds(mean_square_deg2, WILD_DEG)
 }
 
+/// Whether a prediction is so far off that straight lines lead nowhere.
+pub(crate) fn is_rough(mean_square_deg2: [f64; 3]) -> bool {
+    exceeds(mean_square_deg2, ROUGH_DEG)
+}
+
 impl Settled {
-    /// Whether the prediction is so far off that straight lines lead nowhere.
+    /// See [`is_rough`].
     pub(crate) fn is_rough(&self) -> bool {
-        exceeds(self.fit_deg2, ROUGH_DEG)
+        is_rough(self.fit_deg2)
     }
 
     /// Mean square of each axis on a stretch.

@@ -30,7 +30,7 @@ pub use usual::UsualDifferences;
 pub(crate) use calibration::{Calibration, Start};
 pub(crate) use comparison::{Comparison, Settled};
 pub(crate) use model::Prediction;
-pub(crate) use poll::Poll;
+pub(crate) use poll::{Effort, Poll};
 pub(crate) use trial::{Placed, Trial, Walker};
 pub(crate) use usual::Trace;
 

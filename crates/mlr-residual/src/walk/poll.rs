@@ -17,6 +17,15 @@ pub(crate) struct Poll {
     pub(crate) most: usize,
 }
 
+/// How hard the values of a model are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// Along slopes.
+    Slopes,
+    /// By polls as well, where slopes leave much.
+    Polls,
+}
+
 impl Poll {
     /// Searches from a point of this cost. `around` gives the points at a distance, `cost_of`
     /// what a point costs: `None` where nothing can be said.

@@ -7,7 +7,7 @@ use mlr_model::Morphology;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::{Comparison, Poll, Prediction, Settled, Trace, WalkModel, WalkRecord};
+use super::{Comparison, Effort, Poll, Prediction, Settled, Trace, WalkModel, WalkRecord};
 use crate::{
     Parameter,
     walk_effects::{Place, WalkEffect},
@@ -175,12 +175,13 @@ impl Walker<'_> {
 
     /// Fits the values of all effects from `first_free` on, from where they are, by Gauss
     /// and Newton's damped method with the usual differences fitted along, and where that leaves
-    /// much, by polls of their neighbourhood. `None` when the walk diverges from the start.
+    /// much and the effort is worth it, by polls of their neighbourhood. `None` when the walk diverges from the start.
     pub(crate) fn fit(
         &self,
         comparison: &Comparison<'_>,
         mut effects: Vec<Placed>,
         first_free: usize,
+        effort: Effort,
     ) -> Option<Trial> {
         let samples = comparison.record.fit().end;
         let mut here = self.predict(comparison, &effects, samples)?;
@@ -227,7 +228,7 @@ impl Walker<'_> {
                 break;
             }
         }
-        if settled.is_rough() {
+        if settled.is_rough() && effort == Effort::Polls {
             effects = self.polled(comparison, effects, first_free, settled.cost);
         }
         let linear = last.map(|(from, traces)| comparison.settle(&from, &traces));

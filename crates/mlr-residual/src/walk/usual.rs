@@ -249,8 +249,8 @@ impl Difference {
 }
 
 impl NearbyWalks {
-    /// Walks the whole record, once for the model and once for each usual difference of
-    /// the body; `None` when the model itself diverges.
+    /// Walks the first `samples` samples of the record, once for the model and once for each
+    /// usual difference of the body; `None` when the model itself diverges.
     ///
     /// # Errors
     /// [`ModelError`] when the model makes no sense.
@@ -259,9 +259,9 @@ impl NearbyWalks {
         model: &WalkModel,
         morphology: &Morphology,
         record: &WalkRecord,
+        samples: usize,
     ) -> Result<Option<Self>, ModelError> {
         let of_body = Difference::ALL.into_iter().filter(|d| d.is_of_body());
-        let samples = record.times_s().len();
         let of_body = of_body.map(Some).collect();
         Self::of(usual, model, morphology, record, samples, of_body)
     }

@@ -2,7 +2,7 @@
 //! comes first.
 
 use super::{Tracing, judging::Judged, state::State};
-use crate::walk::WalkError;
+use crate::walk::{Effort, WalkError};
 
 /// Kinds of effect that are calibrated in full before one is added, and the robots on which
 /// each is at most.
@@ -63,7 +63,7 @@ impl<'a> Tracing<'a> {
             ways.push(self.as_tried(judged));
         }
         let found = &judged.trial.effects;
-        for state in self.ranked(std::slice::from_ref(&judged.suspect), found)? {
+        for state in self.ranked(std::slice::from_ref(&judged.suspect), found, None)? {
             ways.extend(self.calibrated_contender(held, judged, state)?);
         }
         Ok(ways)
@@ -91,7 +91,8 @@ impl<'a> Tracing<'a> {
         let mut calibrated = over(held);
         if calibrated.is_accepted() && !judged.is_accepted() {
             let found = &held.trial.effects;
-            let again = self.calibrated_from(&state.start(), &held.suspect(), found)?;
+            let again =
+                self.calibrated_from(&state.start(), &held.suspect(), found, Effort::Polls)?;
             if let Some(again) = again.filter(|again| again.total < held.total) {
                 calibrated = over(&again);
             }

@@ -115,7 +115,7 @@ pub fn explain_walk(
         progress,
     };
     let suspect = suspects.first().ok_or(WalkError::Diverged)?;
-    let known = tracing.ranked(std::slice::from_ref(suspect), &[])?;
+    let known = tracing.ranked(std::slice::from_ref(suspect), &[], None)?;
     let first = known.first().cloned().ok_or(WalkError::Diverged)?;
     let error_before = tracing.as_described(&suspect.morphology, first.lost_links())?;
     let error_calibrated = errors(&first.trial);

@@ -6,7 +6,7 @@ use mlr_filter::OrientationSeries;
 use rayon::prelude::*;
 
 use super::{Suspect, state::State};
-use crate::walk::{Comparison, Placed, Prediction, Trial, WalkRecord, Walker};
+use crate::walk::{Comparison, Effort, Placed, Prediction, Trial, WalkRecord, Walker};
 use crate::{
     Progress,
     walk_effects::{LIBRARY, Place, WalkEffect},
@@ -294,7 +294,12 @@ impl<'a> Walked<'_, 'a> {
     fn fit(&self, effects: Vec<Placed>) -> Option<Trial> {
         let base = &self.footing.base;
         let walker = self.footing.walker(Some(&self.body));
-        walker.fit(&base.comparison, effects, base.trial.effects.len())
+        walker.fit(
+            &base.comparison,
+            effects,
+            base.trial.effects.len(),
+            Effort::Polls,
+        )
     }
 }
 

@@ -7,17 +7,20 @@ use rayon::prelude::*;
 
 use super::{Suspect, Tracing, errors};
 use crate::walk::{
-    Calibration, Comparison, Placed, Start, StretchErrors, Trial, WalkError, WalkModel, Walker,
-    usual::Difference,
+    Calibration, Comparison, Effort, Placed, Start, StretchErrors, Trial, WalkError, WalkModel,
+    Walker, comparison::is_rough, usual::Difference,
 };
 
 /// Robots that are calibrated in full after a first look at all.
 const FINALISTS: usize = 6;
 /// Of these, those that may have the same damaged legs.
 const FINALISTS_ALIKE: usize = 3;
-/// Turns of calibration and fit, and the gain below which they have settled.
-const TURNS: usize = 2;
-const SETTLED: f64 = 0.5;
+/// How much more than the best a robot may cost after a first calibration to be calibrated
+/// further: polls gain 17 at most on robots that nearly tip over.
+const WORTH_MORE: f64 = 20.0;
+/// How much more than a robot that is known one may cost at a first look: calibration makes up
+/// for less than that.
+const HOPELESS: f64 = 150.0;
 /// How much less probable a morphology may be after the first look, in the units of cost.
 const WITHIN: f64 = 25.0;
 /// The same for lost links gone or locked, where only one morphology is looked at.
@@ -51,6 +54,10 @@ impl State<'_> {
     /// Whether the same legs are damaged, whichever of their links are left.
     pub(super) fn has_same_legs(&self, other: &State<'_>) -> bool {
         self.morphology.damaged_legs() == other.morphology.damaged_legs()
+    }
+
+    fn is_rough(&self) -> bool {
+        is_rough(self.trial.fit_deg2)
     }
 
     pub(super) fn walker(&self) -> Walker<'_> {
@@ -101,11 +108,12 @@ pub(super) struct Hypotheses<'a> {
 
 impl<'a> Tracing<'a> {
     /// The best few suspects calibrated with these effects, lost links gone or locked, the
-    /// likeliest first.
+    /// likeliest first. None of them looks hopeless beside the robot that is `known`, if any.
     pub(super) fn ranked(
         &self,
         suspects: &[Suspect],
         effects: &[Placed],
+        known: Option<&State<'a>>,
     ) -> Result<Vec<State<'a>>, WalkError> {
         let cases: Vec<(&Suspect, LostLinks)> = suspects
             .iter()
@@ -122,17 +130,29 @@ impl<'a> Tracing<'a> {
             [_] => WITHIN_OF_ONE,
             _ => WITHIN,
         };
-        let finalists = self.finalists(cases, effects, within)?;
-        self.progress.expect_more(finalists.len());
+        let finalists = self.finalists(cases, effects, within, known)?;
+        self.progress.expect_more(2 * finalists.len());
         let states = finalists
             .into_par_iter()
             .map(|(suspect, lost_links)| {
-                let state = self.calibrated(suspect, lost_links, effects);
+                let start = Start::described(self.with_lost(lost_links));
+                let state = self.calibrated_from(&start, suspect, effects, Effort::Slopes);
                 self.progress.advance();
                 state
             })
             .collect::<Result<Vec<_>, WalkError>>()?;
-        let mut states: Vec<State<'a>> = states.into_iter().flatten().collect();
+        let states: Vec<State<'a>> = states.into_iter().flatten().collect();
+        let best = states.iter().map(|state| state.total);
+        let most = best.fold(f64::INFINITY, f64::min) + WORTH_MORE;
+        let further = states.into_par_iter().map(|state| {
+            let state = match state.total <= most {
+                true => self.calibrated_further(state),
+                false => Ok(state),
+            };
+            self.progress.advance();
+            state
+        });
+        let mut states = further.collect::<Result<Vec<_>, WalkError>>()?;
         states.sort_by(|a, b| a.total.total_cmp(&b.total));
         Ok(states)
     }
@@ -144,20 +164,25 @@ impl<'a> Tracing<'a> {
         cases: Vec<(&'s Suspect, LostLinks)>,
         effects: &[Placed],
         within: f64,
+        known: Option<&State<'a>>,
     ) -> Result<Vec<(&'s Suspect, LostLinks)>, WalkError> {
         self.progress.expect_more(cases.len());
+        let glance = |suspect: &Suspect, lost_links| -> Result<Option<f64>, WalkError> {
+            let cost = Calibration::glance(
+                &self.settings.comparison,
+                &self.with_lost(lost_links),
+                effects,
+                &suspect.morphology,
+                self.record,
+            )?;
+            Ok(cost.map(|cost| cost - 2.0 * suspect.ln_prior))
+        };
         let mut glances = cases
             .into_par_iter()
             .map(|(suspect, lost_links)| {
-                let cost = Calibration::glance(
-                    &self.settings.comparison,
-                    &self.with_lost(lost_links),
-                    effects,
-                    &suspect.morphology,
-                    self.record,
-                )?;
+                let cost = glance(suspect, lost_links)?;
                 self.progress.advance();
-                Ok(cost.map(|cost| (cost - 2.0 * suspect.ln_prior, suspect, lost_links)))
+                Ok(cost.map(|cost| (cost, suspect, lost_links)))
             })
             .collect::<Result<Vec<_>, WalkError>>()?
             .into_iter()
@@ -165,7 +190,12 @@ impl<'a> Tracing<'a> {
             .collect::<Vec<_>>();
         glances.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
         let best = glances.first().map_or(0.0, |(cost, ..)| *cost);
-        glances.retain(|(cost, ..)| *cost <= best + within);
+        let known = match known {
+            Some(known) => glance(&known.suspect(), known.lost_links())?,
+            None => None,
+        };
+        let most = known.map_or(f64::INFINITY, |known| known + HOPELESS);
+        glances.retain(|(cost, ..)| *cost <= most.min(best + within));
         let mut chosen: Vec<(&'s Suspect, LostLinks)> = Vec::new();
         for (_, suspect, lost_links) in glances {
             let legs = suspect.morphology.damaged_legs();
@@ -214,7 +244,8 @@ impl<'a> Tracing<'a> {
             .collect();
         let mut states = known;
         if !others.is_empty() {
-            states.extend(self.ranked(&others, effects)?);
+            let ranked = self.ranked(&others, effects, states.first())?;
+            states.extend(ranked);
         }
         let mut states = states.into_iter().map(Arc::new);
         let Some(mut held) = states.next() else {
@@ -304,37 +335,42 @@ impl<'a> Tracing<'a> {
         lost_links: LostLinks,
         effects: &[Placed],
     ) -> Result<Option<State<'a>>, WalkError> {
-        let turns = if effects.is_empty() { 1 } else { TURNS };
         let start = Start::described(self.with_lost(lost_links));
-        let mut best: Option<State<'a>> = None;
-        for _ in 0..turns {
-            let effects = best.as_ref().map_or(effects, |best| &best.trial.effects);
-            let Some(next) = self.calibrated_from(&start, suspect, effects)? else {
-                break;
-            };
-            if best
-                .as_ref()
-                .is_some_and(|best| next.total > best.total - SETTLED)
-            {
-                break;
-            }
-            best = Some(next);
-        }
-        Ok(best)
+        let first = self.calibrated_from(&start, suspect, effects, Effort::Slopes)?;
+        first
+            .map(|state| self.calibrated_further(state))
+            .transpose()
     }
 
-    /// The same once, the calibration beginning at `start`.
+    /// The same robot with its effects and its model fitted once more, now by polls as well, if it
+    /// is likelier for that.
+    fn calibrated_further(&self, state: State<'a>) -> Result<State<'a>, WalkError> {
+        let effects = &state.trial.effects;
+        if effects.is_empty() && !state.is_rough() {
+            return Ok(state);
+        }
+        let further =
+            self.calibrated_from(&state.start(), &state.suspect(), effects, Effort::Polls)?;
+        Ok(match further {
+            Some(further) if further.total < state.total => further,
+            _ => state,
+        })
+    }
+
+    /// A suspect's model calibrated, and then its effects fitted, once. The calibration begins at
+    /// `start`.
     pub(super) fn calibrated_from(
         &self,
         start: &Start,
         suspect: &Suspect,
         effects: &[Placed],
+        effort: Effort,
     ) -> Result<Option<State<'a>>, WalkError> {
-        let comparison = &self.settings.comparison;
+        let settings = &self.settings.comparison;
         let morphology = &suspect.morphology;
-        let Some(calibration) =
-            Calibration::new(comparison, start, effects, morphology, self.record)?
-        else {
+        let calibration =
+            Calibration::new(settings, start, effects, morphology, self.record, effort)?;
+        let Some(calibration) = calibration else {
             return Ok(None);
         };
         let walker = Walker {
@@ -342,7 +378,7 @@ impl<'a> Tracing<'a> {
             morphology,
             body: None,
         };
-        let Some(trial) = walker.fit(&calibration.comparison, effects.to_vec(), 0) else {
+        let Some(trial) = walker.fit(&calibration.comparison, effects.to_vec(), 0, effort) else {
             return Ok(None);
         };
         let unseen = calibration.comparison.cost_of(trial.unseen_deg2);
@@ -371,7 +407,7 @@ impl<'a> Tracing<'a> {
             morphology,
             body: None,
         };
-        let trial = walker.fit(&comparison.as_described(), Vec::new(), 0);
+        let trial = walker.fit(&comparison.as_described(), Vec::new(), 0, Effort::Slopes);
         trial.as_ref().map(errors).ok_or(WalkError::Diverged)
     }
 }
