@@ -1,11 +1,13 @@
 //! Tracing a residual to effects that the model lacks.
 
+mod calibrating;
 mod chain;
 mod contenders;
 mod findings;
 mod judging;
 mod round;
 mod state;
+mod weighing;
 
 use mlr_model::Morphology;
 use serde::{Deserialize, Serialize};
