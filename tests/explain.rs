@@ -6,15 +6,15 @@
 
 use mlr_ga::{ExplainSettings, IdentifySettings, Model, Search, explain};
 use mlr_golden_tests::data;
-use mlr_imu::{Columns, read_log_with_raw};
+use mlr_imu::{Columns, read_log};
 use mlr_model::{Gait, Robot};
 use mlr_residual::walk::{Reported, TracingSettings, WalkExplanation};
 
 /// The explanation of a log, and the truth about it.
 fn explained(name: &str) -> (WalkExplanation, serde_json::Value) {
     let log = data(&format!("logs/stand-in/{name}.csv.gz"));
-    let (recording, raw) = read_log_with_raw(&log, &Columns::default()).unwrap();
-    assert!(raw.is_some(), "the log has raw samples beside its angles");
+    let recording = read_log(&log, &Columns::default()).unwrap();
+    assert!(recording.raw_beside_angles().is_some());
     let (robot, gait) = (Robot::jethexa(), Gait::tripod());
     let model = Model {
         robot: &robot,
@@ -32,7 +32,7 @@ fn explained(name: &str) -> (WalkExplanation, serde_json::Value) {
         },
         seed: 1,
     };
-    let found = explain(&recording, raw.as_ref(), model, how, &()).unwrap();
+    let found = explain(&recording, model, how, &()).unwrap();
     let text = std::fs::read_to_string(data("logs/stand-in/truth.json")).unwrap();
     let mut truth: serde_json::Value = serde_json::from_str(&text).unwrap();
     (found.explanation, truth[name].take())

@@ -18,7 +18,7 @@ fn fused(file: &str) -> (OrientationSeries, Vec<f64>) {
             .rename(&format!("g{axis}=g2{axis}_dps,dps"))
             .unwrap();
     }
-    let orientation = read_log(&path, &columns).unwrap();
+    let orientation = read_log(&path, &columns).unwrap().orientation;
     let text = GzDecoder::new(BufReader::new(File::open(&path).unwrap()));
     let mut reader = csv::Reader::from_reader(text);
     let column = reader

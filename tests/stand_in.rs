@@ -9,7 +9,7 @@ use mlr_ga::{
     DetectionSettings, Identification, IdentifySettings, Model, Search, detect, identify,
 };
 use mlr_golden_tests::data;
-use mlr_imu::{Columns, read_log};
+use mlr_imu::{Columns, Recording, read_log};
 use mlr_model::{Gait, Robot};
 use serde::Deserialize;
 
@@ -51,7 +51,7 @@ enum Models {
     Nominal,
 }
 
-fn identified(recording: OrientationSeries, models: Models) -> Identification {
+fn identified(recording: &Recording, models: Models) -> Identification {
     let search = Search::Genetic { repeats: 1 };
     let mut settings = IdentifySettings::default();
     if models == Models::Nominal {
@@ -72,7 +72,7 @@ fn notices_damage_and_nothing_else() {
     for (name, truth) in truths() {
         let log = data(&format!("logs/stand-in/{name}.csv.gz"));
         let recording = read_log(&log, &Columns::default()).unwrap();
-        let detection = detect(recording, &DetectionSettings::default()).unwrap();
+        let detection = detect(&recording, &DetectionSettings::default()).unwrap();
         let start_s = detection.motion_start_s.unwrap();
         assert!(
             (start_s - truth.motion_start_s).abs() < 0.08,
@@ -115,7 +115,7 @@ fn assert_named(names: &[&str], models: Models) {
     let truths = truths();
     for name in names {
         let log = data(&format!("logs/stand-in/{name}.csv.gz"));
-        let answer = identified(read_log(&log, &Columns::default()).unwrap(), models);
+        let answer = identified(&read_log(&log, &Columns::default()).unwrap(), models);
         let truth = &truths[*name];
         assert_eq!(answer.damaged_legs, truth.damaged_legs(), "{name}");
         let listed = &answer.indistinguishable;
@@ -132,7 +132,7 @@ fn assert_named(names: &[&str], models: Models) {
 fn names_the_legs_lost_in_mid_walk() {
     let log = data("logs/stand-in/detect-legs3-4.csv.gz");
     let recording = read_log(&log, &Columns::default()).unwrap();
-    let answer = identified(recording, Models::Nominal);
+    let answer = identified(&recording, Models::Nominal);
     assert_eq!(answer.damaged_legs, [3, 4]);
     assert!((21.0..22.5).contains(&answer.window_start_s));
 }
@@ -141,7 +141,7 @@ fn names_the_legs_lost_in_mid_walk() {
 #[test]
 fn names_the_lost_legs_in_a_log_cut_from_mid_walk() {
     let log = data("logs/stand-in/legs2-3-lost.csv.gz");
-    let whole = read_log(&log, &Columns::default()).unwrap();
+    let whole = read_log(&log, &Columns::default()).unwrap().orientation;
     let from = whole.times_s().partition_point(|&t| t < 5.37);
     let cut = OrientationSeries::new(
         whole.times_s()[from..].to_vec(),
@@ -151,7 +151,7 @@ fn names_the_lost_legs_in_a_log_cut_from_mid_walk() {
             .map(|_, samples| samples[from..].to_vec()),
     )
     .unwrap();
-    let answer = identified(cut, Models::Nominal);
+    let answer = identified(&cut.into(), Models::Nominal);
     assert_eq!(answer.damaged_legs, [2, 3]);
     assert_eq!(answer.motion_start_s, None);
     assert!(answer.warnings[0].contains("phase of the gait"));
@@ -164,8 +164,8 @@ fn raw_samples_are_fused_into_the_orientation_that_was_logged() {
     let only_raw = only_raw_columns();
     for (name, truth) in truths() {
         let log = data(&format!("logs/stand-in/{name}.csv.gz"));
-        let logged = read_log(&log, &Columns::default()).unwrap();
-        let fused = read_log(&log, &only_raw).unwrap();
+        let logged = read_log(&log, &Columns::default()).unwrap().orientation;
+        let fused = read_log(&log, &only_raw).unwrap().orientation;
         let walking = logged
             .times_s()
             .partition_point(|&t| t < truth.motion_start_s);
@@ -191,6 +191,6 @@ fn raw_samples_are_fused_into_the_orientation_that_was_logged() {
 fn raw_samples_name_the_damaged_legs() {
     let only_raw = only_raw_columns();
     let log = data("logs/stand-in/legs3-4-lost.csv.gz");
-    let answer = identified(read_log(&log, &only_raw).unwrap(), Models::Nominal);
+    let answer = identified(&read_log(&log, &only_raw).unwrap(), Models::Nominal);
     assert_eq!(answer.damaged_legs, [3, 4]);
 }

@@ -41,7 +41,7 @@ fn main() -> anyhow::Result<()> {
     println!("|:--|--:|--:|--:|--:|");
     for truth in read_truths(Path::new(&directory), &robot.layout())? {
         let recording = read_log(&truth.log, &Columns::default())?;
-        let measured = MeasuredWalk::new(recording, &gait, &settings)?;
+        let measured = MeasuredWalk::new(&recording, &gait, &settings)?;
         let objective = WalkObjective::new(&measured, &atlas, &settings);
         let mut all = Evaluations::new(&objective, &());
         exact::search(&robot.layout(), f64::INFINITY, &mut all);

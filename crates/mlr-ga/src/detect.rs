@@ -3,6 +3,7 @@
 use mlr_filter::{
     DamageDetector, DetectorError, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
 };
+use mlr_imu::Recording;
 use serde::{Deserialize, Serialize};
 
 use crate::{AnswerError, recording::repair_time_stamps};
@@ -53,11 +54,15 @@ pub struct Detection {
 /// is sampled too slowly for the detector's window, or when a setting makes no
 /// sense.
 pub fn detect(
-    recording: OrientationSeries,
+    recording: &Recording,
     settings: &DetectionSettings,
 ) -> Result<Detection, AnswerError> {
-    let mut warnings = Vec::new();
-    let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
+    let mut warnings = recording.notes.clone();
+    let recording = repair_time_stamps(
+        &recording.orientation,
+        settings.max_dropped_share,
+        &mut warnings,
+    )?;
     Ok(Detection {
         motion_start_s: MotionStart::find(&recording, &settings.motion)
             .ok()

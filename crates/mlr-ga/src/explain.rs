@@ -3,7 +3,7 @@
 mod reckoning;
 
 use mlr_filter::OrientationSeries;
-use mlr_imu::RawSeries;
+use mlr_imu::{RawSeries, Recording};
 use mlr_model::{LegLayout, Morphology};
 use mlr_residual::{
     Progress,
@@ -77,14 +77,10 @@ const REST_S: f64 = 8.0;
 /// Identifies the robot, traces what the model leaves of its walk to effects that the
 /// model lacks, and identifies it again with each of them in place.
 ///
-/// `raw` are the samples from which roll, pitch and yaw of the recording were made by
-/// its sensor's own filter, where they are known.
-///
 /// # Errors
 /// [`ExplainError`].
 pub fn explain(
-    recording: &OrientationSeries,
-    raw: Option<&RawSeries>,
+    recording: &Recording,
     model: Model<'_>,
     settings: ExplainSettings<'_>,
     progress: &(impl Progress + crate::Progress),
@@ -96,30 +92,28 @@ pub fn explain(
         seed,
     } = settings;
     let Model { robot, gait, .. } = model;
-    let mut measured = MeasuredWalk::new(recording.clone(), gait, identify_settings)?;
+    let mut measured = MeasuredWalk::new(recording, gait, identify_settings)?;
     let from_the_start = IdentifySettings {
         from_s: Some(measured.start().start_s),
         ..identify_settings.clone()
     };
     // Who says from where on to compare means it.
     let was_damaged_before = identify_settings.from_s.is_none()
-        && was_damaged_before(&measured, model, &from_the_start, search, seed);
+        && was_damaged_before(recording, &measured, model, &from_the_start, search, seed);
     let identify_settings = if was_damaged_before {
-        measured = MeasuredWalk::new(recording.clone(), gait, &from_the_start)?;
+        measured = MeasuredWalk::new(recording, gait, &from_the_start)?;
         &from_the_start
     } else {
         identify_settings
     };
-    let record = record(&measured, raw, gait, identify_settings)?;
-    // A recording that cannot be explained need not be searched first.
-    let identification = identify(
-        recording.clone(),
-        model,
+    let record = record(
+        &measured,
+        recording.raw_beside_angles(),
+        gait,
         identify_settings,
-        search,
-        seed,
-        progress,
     )?;
+    // A recording that cannot be explained need not be searched first.
+    let identification = identify(recording, model, identify_settings, search, seed, progress)?;
     let nominal = WalkModel::nominal(
         robot.clone(),
         gait.clone(),
@@ -128,7 +122,7 @@ pub fn explain(
     let layout = robot.layout();
     let suspects = suspects(&identification, &layout, identify_settings);
     let again = Again {
-        recording,
+        recording: &recording.orientation,
         settings: identify_settings,
         walk_start_s: measured.start().start_s,
         seed,
@@ -176,6 +170,7 @@ fn record(
 /// Whether the robot was damaged all along where the swing of its walk changed later, as if
 /// damage had struck then. `from_the_start` are the settings that look at the whole walk.
 fn was_damaged_before(
+    recording: &Recording,
     measured: &MeasuredWalk,
     model: Model<'_>,
     from_the_start: &IdentifySettings,
@@ -189,7 +184,6 @@ fn was_damaged_before(
         window_s: since_start_s.min(from_the_start.window_s),
         ..from_the_start.clone()
     };
-    let recording = measured.recording().clone();
     identify(recording, model, &before, search, seed, &())
         .is_ok_and(|found| !found.damaged_legs.is_empty() && found.legs_probability > SURE)
 }
@@ -260,7 +254,7 @@ impl Again<'_> {
             atlas: None,
         };
         let search = Search::Genetic { repeats: 1 };
-        identify(corrected, model, &settings, search, self.seed, &()).ok()
+        identify(&corrected.into(), model, &settings, search, self.seed, &()).ok()
     }
 }
 

@@ -25,7 +25,7 @@
 //! settings.genetic.generations = 5;
 //! let model = Model { robot: &robot, gait: &Gait::tripod(), atlas: None };
 //! let search = Search::Genetic { repeats: 1 };
-//! let answer = identify(walk.orientation, model, &settings, search, 1, &())?;
+//! let answer = identify(&walk.orientation.into(), model, &settings, search, 1, &())?;
 //! assert!(answer.damaged_legs.contains(&2));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -13,10 +13,10 @@
 //! let mut columns = Columns::default();
 //! columns.rename("t=t_ms,ms")?;
 //! let log = read_log(&path, &columns)?;
-//! assert_eq!(log.times_s(), [0.0, 0.01]);
+//! assert_eq!(log.orientation.times_s(), [0.0, 0.01]);
 //!
 //! let copy = folder.path().join("copy.csv.gz");
-//! write_log(&copy, &log)?;
+//! write_log(&copy, &log.orientation)?;
 //! assert_eq!(read_log(&copy, &Columns::default())?, log);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -28,16 +28,17 @@ mod log;
 mod mounting;
 mod mpu6050;
 mod new_file;
+mod recording;
 mod sample;
 mod sample_clock;
 
 pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
-    ColumnError, Columns, LogError, LogProblem, LogStream, LogTable, read_log, read_log_with_raw,
-    write_log,
+    ColumnError, Columns, LogError, LogProblem, LogStream, LogTable, read_log, write_log,
 };
 pub use mounting::{Mounting, MountingError};
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};
 pub use new_file::NewFile;
+pub use recording::{OrientationSource, Recording};
 pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};
 pub use sample_clock::SampleClock;

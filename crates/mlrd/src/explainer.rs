@@ -147,7 +147,12 @@ impl Bench {
             tracing: &self.tracing,
             seed: known.seed,
         };
-        let explained = explain(&request.recording, None, known.model(), settings, &())?;
+        let explained = explain(
+            &request.recording.clone().into(),
+            known.model(),
+            settings,
+            &(),
+        )?;
         Ok(ExplanationReport::new(
             known.source.clone(),
             known.seed,

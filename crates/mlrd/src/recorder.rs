@@ -210,7 +210,9 @@ mod tests {
             }
         }
         recorder.flush().unwrap();
-        let last = read_log(recorder.path().unwrap(), &Columns::default()).unwrap();
+        let last = read_log(recorder.path().unwrap(), &Columns::default())
+            .unwrap()
+            .orientation;
         assert_eq!(last.times_s().last(), Some(&2.999));
         let kept: u64 = fs::read_dir(folder.path())
             .unwrap()

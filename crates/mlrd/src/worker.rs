@@ -66,7 +66,7 @@ impl Worker {
         let search = known.search();
         let identification = self.pool.install(|| {
             identify(
-                request.recording,
+                &request.recording.into(),
                 known.model(),
                 &settings,
                 search,

@@ -57,7 +57,8 @@ fn notices_identifies_records_and_remembers() {
         Path::new(recording.as_str().unwrap()),
         &mlr_imu::Columns::default(),
     )
-    .unwrap();
+    .unwrap()
+    .orientation;
     assert!(
         recorded.len() > rows * 95 / 100,
         "{} of {rows}",

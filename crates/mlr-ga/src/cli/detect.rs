@@ -36,7 +36,7 @@ struct Report<'a> {
 pub(super) fn run(options: &DetectOptions) -> anyhow::Result<()> {
     let settings: DetectionSettings = model_files::settings(options.config.as_deref())?;
     let recording = options.log.read()?;
-    let detection = detect(recording, &settings).map_err(|error| options.log.blame(error))?;
+    let detection = detect(&recording, &settings).map_err(|error| options.log.blame(error))?;
     for warning in &detection.warnings {
         output::warning(warning);
     }

@@ -116,7 +116,7 @@ fn score(
 ) -> anyhow::Result<LogScore> {
     let started = Instant::now();
     let recording = read_log(&truth.log, &Columns::default())?;
-    let answer = identify(recording, model, settings, search, seed, &())?;
+    let answer = identify(&recording, model, settings, search, seed, &())?;
     Ok(LogScore::new(
         truth,
         &answer,

@@ -10,7 +10,7 @@ use mlr_ga::{
         read_effects_truths,
     },
 };
-use mlr_imu::{Columns, read_log_with_raw};
+use mlr_imu::{Columns, read_log};
 use mlr_residual::walk::TracingSettings;
 use serde::Serialize;
 
@@ -98,8 +98,8 @@ fn score(
     how: ExplainSettings<'_>,
 ) -> anyhow::Result<EffectsScore> {
     let started = Instant::now();
-    let (recording, raw) = read_log_with_raw(&truth.log.log, &Columns::default())?;
-    let explained = explain(&recording, raw.as_ref(), model, how, &())?;
+    let recording = read_log(&truth.log.log, &Columns::default())?;
+    let explained = explain(&recording, model, how, &())?;
     let elapsed_s = started.elapsed().as_secs_f64();
     Ok(EffectsScore::new(truth, &explained.explanation, elapsed_s))
 }

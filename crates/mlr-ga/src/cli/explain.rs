@@ -74,7 +74,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
     let file = options.output.as_deref();
     let file = file.map(ResultFile::reserve).transpose()?;
-    let (recording, raw) = options.log.read_with_raw()?;
+    let recording = options.log.read()?;
     let atlas = options.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
         robot: &robot,
@@ -92,7 +92,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         seed: options.seed,
     };
     let bar = Bar::of_steps();
-    let answer = explain(&recording, raw.as_ref(), model, how, &bar);
+    let answer = explain(&recording, model, how, &bar);
     bar.clear();
     let Explained {
         identification,

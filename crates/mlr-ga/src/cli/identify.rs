@@ -113,7 +113,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
         .unwrap_or(SearchName::default_with(atlas.is_some()))
         .search(repeats);
     let bar = Bar::new();
-    let answer = identify(recording, model, &settings, search, options.seed, &bar);
+    let answer = identify(&recording, model, &settings, search, options.seed, &bar);
     bar.clear();
     let identification = answer.map_err(|error| options.log.blame(error))?;
     for warning in &identification.warnings {

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use mlr_filter::OrientationSeries;
 use mlr_ga::AnswerError;
-use mlr_imu::{Columns, RawSeries, read_log, read_log_with_raw};
+use mlr_imu::{Columns, Recording, read_log};
 
 #[derive(Debug, Args)]
 pub(super) struct LogFile {
@@ -24,13 +23,8 @@ impl LogFile {
         &self.log
     }
 
-    pub(super) fn read(&self) -> anyhow::Result<OrientationSeries> {
+    pub(super) fn read(&self) -> anyhow::Result<Recording> {
         Ok(read_log(&self.log, &self.columns()?)?)
-    }
-
-    /// The log, and the raw samples that its roll, pitch and yaw were made from.
-    pub(super) fn read_with_raw(&self) -> anyhow::Result<(OrientationSeries, Option<RawSeries>)> {
-        Ok(read_log_with_raw(&self.log, &self.columns()?)?)
     }
 
     fn columns(&self) -> anyhow::Result<Columns> {

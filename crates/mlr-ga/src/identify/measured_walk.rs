@@ -1,6 +1,7 @@
 use mlr_filter::{
     Conditioned, DetectorSettings, FourierFilter, MotionStart, OrientationSeries, Window,
 };
+use mlr_imu::Recording;
 use mlr_model::Gait;
 
 use super::{GaitPhase, IdentifySettings};
@@ -99,13 +100,17 @@ impl MeasuredWalk {
     /// [`AnswerError`] when the recording has no such stretch, or the settings
     /// make no sense.
     pub fn new(
-        recording: OrientationSeries,
+        recording: &Recording,
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, AnswerError> {
         settings.check()?;
-        let mut warnings = Vec::new();
-        let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
+        let mut warnings = recording.notes.clone();
+        let recording = repair_time_stamps(
+            &recording.orientation,
+            settings.max_dropped_share,
+            &mut warnings,
+        )?;
         let start = match settings.motion_start_s {
             Some(start_s) => MotionStart {
                 start_s,
@@ -280,7 +285,7 @@ mod tests {
 
     fn window_start_s(later_deg: f64) -> f64 {
         let settings = IdentifySettings::default();
-        let measured = MeasuredWalk::new(recording(later_deg), &Gait::tripod(), &settings);
+        let measured = MeasuredWalk::new(&recording(later_deg).into(), &Gait::tripod(), &settings);
         measured.unwrap().window().start_s
     }
 

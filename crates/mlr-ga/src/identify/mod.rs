@@ -16,7 +16,7 @@ pub use settings::IdentifySettings;
 
 use std::collections::BTreeMap;
 
-use mlr_filter::OrientationSeries;
+use mlr_imu::Recording;
 use mlr_model::{Gait, Morphology, Robot};
 
 use rayon::prelude::*;
@@ -66,7 +66,7 @@ const ALTERNATIVES: usize = 5;
 /// [`AnswerError`]; [`AnswerError::is_recordings_fault`] tells a recording
 /// that cannot answer from settings that make no sense.
 pub fn identify(
-    recording: OrientationSeries,
+    recording: &Recording,
     model: Model<'_>,
     settings: &IdentifySettings,
     search: Search,

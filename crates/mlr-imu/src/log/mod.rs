@@ -9,7 +9,7 @@ mod write;
 
 pub use columns::{ColumnError, Columns};
 pub use error::{LogError, LogProblem};
-pub use read::{read_log, read_log_with_raw};
+pub use read::read_log;
 pub use stream::LogStream;
 pub use table::LogTable;
 pub use write::write_log;

@@ -6,36 +6,18 @@ use mlr_filter::{Axes, OrientationSeries};
 use nalgebra::Vector3;
 
 use super::{Columns, LogError, LogProblem, LogTable, columns::Column};
-use crate::RawSeries;
+use crate::{OrientationSource, RawSeries, Recording};
 
-/// Reads roll, pitch and yaw over time from a CSV file, plain or gzipped (told by
-/// its first bytes, not by its name). Where it has none of them but the six raw
-/// columns of accelerometer and gyroscope, these are fused ([`RawSeries::fuse`]).
+/// Reads a CSV file, plain or gzipped (told by its first bytes, not by its name): roll,
+/// pitch and yaw over time, and the six raw columns of accelerometer and gyroscope.
+/// Either may be missing; raw samples without angles are fused ([`RawSeries::fuse`]).
 /// Other columns are ignored. Time stamps are taken as they are.
 ///
 /// # Errors
 /// [`LogError`] naming file and, where it applies, line and column.
-pub fn read_log(path: &Path, columns: &Columns) -> Result<OrientationSeries, LogError> {
+pub fn read_log(path: &Path, columns: &Columns) -> Result<Recording, LogError> {
     LogTable::open(path)
         .and_then(|table| parse(table, columns))
-        .map_err(|problem| LogError {
-            path: path.into(),
-            problem,
-        })
-}
-
-/// Reads a log like [`read_log`], and with it the raw samples from which somebody else
-/// made the roll, pitch and yaw that it holds; `None` where it has no raw columns, or
-/// nothing but raw columns.
-///
-/// # Errors
-/// [`LogError`] naming file and, where it applies, line and column.
-pub fn read_log_with_raw(
-    path: &Path,
-    columns: &Columns,
-) -> Result<(OrientationSeries, Option<RawSeries>), LogError> {
-    LogTable::open(path)
-        .and_then(|table| parse_with_raw(table, columns))
         .map_err(|problem| LogError {
             path: path.into(),
             problem,
@@ -50,44 +32,44 @@ fn vectors(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-fn parse_with_raw(
-    table: LogTable<impl Read>,
-    columns: &Columns,
-) -> Result<(OrientationSeries, Option<RawSeries>), LogProblem> {
-    if !has_all(&table, &columns.raw) || !has_all(&table, &columns.angles) {
-        return Ok((parse(table, columns)?, None));
-    }
+fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, LogProblem> {
     let [roll, pitch, yaw] = &columns.angles;
     let [ax, ay, az, gx, gy, gz] = &columns.raw;
-    let wanted = [&columns.time, roll, pitch, yaw, ax, ay, az, gx, gy, gz];
-    let [times_s, roll, pitch, yaw, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
-    let raw = RawSeries {
-        times_s: times_s.clone(),
-        accelerations_mps2: vectors(ax, ay, az),
-        angular_rates_radps: vectors(gx, gy, gz),
-    };
-    let orientation = OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?;
-    Ok((orientation, Some(raw)))
-}
-
-fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<OrientationSeries, LogProblem> {
+    let time = &columns.time;
+    let has_raw = has_all(&table, &columns.raw);
     let has_angle = columns.angles.iter().any(|c| table.find(&c.name).is_ok());
-    if has_all(&table, &columns.raw) && !has_angle {
-        let [ax, ay, az, gx, gy, gz] = &columns.raw;
-        let wanted = [&columns.time, ax, ay, az, gx, gy, gz];
+    if has_raw && !has_angle {
+        let wanted = [time, ax, ay, az, gx, gy, gz];
         let [times_s, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
         let raw = RawSeries {
             times_s,
             accelerations_mps2: vectors(ax, ay, az),
             angular_rates_radps: vectors(gx, gy, gz),
         };
-        Ok(raw.fuse()?)
-    } else {
-        let [roll, pitch, yaw] = &columns.angles;
-        let wanted = [&columns.time, roll, pitch, yaw];
-        let [times_s, roll, pitch, yaw] = read_columns(table, wanted)?;
-        Ok(OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?)
+        return Ok(Recording {
+            orientation: raw.clone().fuse()?,
+            raw: Some(raw),
+            source: OrientationSource::Fused,
+            notes: Vec::new(),
+        });
     }
+    if !has_raw {
+        let [times_s, roll, pitch, yaw] = read_columns(table, [time, roll, pitch, yaw])?;
+        return Ok(OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?.into());
+    }
+    let wanted = [time, roll, pitch, yaw, ax, ay, az, gx, gy, gz];
+    let [times_s, roll, pitch, yaw, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
+    let raw = RawSeries {
+        times_s: times_s.clone(),
+        accelerations_mps2: vectors(ax, ay, az),
+        angular_rates_radps: vectors(gx, gy, gz),
+    };
+    Ok(Recording {
+        orientation: OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?,
+        raw: Some(raw),
+        source: OrientationSource::Recorded,
+        notes: Vec::new(),
+    })
 }
 
 fn has_all(table: &LogTable<impl Read>, columns: &[Column]) -> bool {
@@ -119,6 +101,7 @@ mod tests {
 
     fn read(text: &str) -> Result<OrientationSeries, LogProblem> {
         parse(LogTable::new(text.as_bytes())?, &Columns::default())
+            .map(|recording| recording.orientation)
     }
 
     fn message(text: &str) -> String {
@@ -234,7 +217,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.csv");
         std::fs::write(&path, &compressed).unwrap();
-        assert_eq!(read_log(&path, &Columns::default()).unwrap().len(), 10_000);
+        let read = read_log(&path, &Columns::default()).unwrap();
+        assert_eq!(read.orientation.len(), 10_000);
 
         for keep in [compressed.len() / 2, compressed.len() - 4, 5] {
             std::fs::write(&path, &compressed[..keep]).unwrap();

@@ -120,7 +120,7 @@ mod tests {
             };
             log.write(t, &angles_rad, &sample).unwrap();
         }
-        let read = read_log(&path, &Columns::default()).unwrap();
+        let read = read_log(&path, &Columns::default()).unwrap().orientation;
         assert_eq!(read.len(), 10);
         assert_eq!(read.angles_rad().roll[7], 0.007);
     }
