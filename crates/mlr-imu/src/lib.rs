@@ -28,6 +28,7 @@ mod log;
 mod mounting;
 mod mpu6050;
 mod new_file;
+pub mod quality;
 mod recording;
 mod sample;
 mod sample_clock;
