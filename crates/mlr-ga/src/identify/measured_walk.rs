@@ -115,7 +115,7 @@ impl MeasuredWalk {
         let mut warnings = recording.notes.clone();
         let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
         let quality = LogQuality::of(&recording, &settings.motion);
-        require_usable(&quality, &recording, settings)?;
+        require_usable(&quality, &recording)?;
         warnings.extend(quality.warnings());
         let recording = recording.orientation;
         let start = match settings.motion_start_s {
@@ -154,6 +154,7 @@ impl MeasuredWalk {
         if let Some(finding) = quality.spoilt_within(window.start_s..end_s) {
             return Err(finding.clone().into());
         }
+        require_fast_enough(&quality, settings)?;
         let cut = window.cut(&recording, &settings.sampling)?;
         let conditioned = FourierFilter::new(settings.filter, window.duration_s)?.condition(&cut);
         let stretch = Stretch::new(&recording, window, phase, gait);
@@ -210,12 +211,8 @@ impl MeasuredWalk {
     }
 }
 
-/// Refuses a recording that is useless from end to end, or whose sensor is too slow.
-fn require_usable(
-    quality: &LogQuality,
-    recording: &Recording,
-    settings: &IdentifySettings,
-) -> Result<(), AnswerError> {
+/// Refuses a recording that is useless from end to end.
+fn require_usable(quality: &LogQuality, recording: &Recording) -> Result<(), AnswerError> {
     let times_s = recording.orientation.times_s();
     let throughout = quality.findings.iter().find(|finding| {
         finding.severity == Severity::Useless
@@ -227,6 +224,14 @@ fn require_usable(
     if let Some(finding) = throughout {
         return Err(finding.clone().into());
     }
+    Ok(())
+}
+
+/// Refuses a recording whose sensor is slower than its time stamps, and too slow.
+fn require_fast_enough(
+    quality: &LogQuality,
+    settings: &IdentifySettings,
+) -> Result<(), AnswerError> {
     let min_rate_hz = settings.sampling.min_rate_hz;
     if quality.value_rate_hz < min_rate_hz && quality.sample_rate_hz >= min_rate_hz {
         return Err(AnswerError::HeldValues {

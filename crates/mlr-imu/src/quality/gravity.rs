@@ -1,17 +1,20 @@
 //! Gravity as the accelerometer shows it.
 
+use mlr_filter::unwrapped_rad;
 use nalgebra::Vector3;
 
 use super::{Finding, FindingKind, Severity, rows::Rows};
 use crate::{Correction, STANDARD_GRAVITY_MPS2};
 
 /// The mean specific force: of the standing robot where the log shows it, else of the whole
-/// log. Over whole gait cycles the body's own accelerations cancel.
+/// log. Over whole gait cycles the body's own accelerations cancel. A log without raw samples
+/// shows its direction only, by roll and pitch of the standing robot.
 pub(super) struct Gravity {
-    mean_mps2: Vector3<f64>,
+    up: Vector3<f64>,
+    norm_mps2: Option<f64>,
 }
 
-/// Seconds of standing that a mean needs; otherwise the whole log is taken.
+/// Samples of the standing robot that a mean needs; otherwise the whole log is taken.
 const FEWEST_STANDING: usize = 20;
 /// What an MPU6050 may be off: 3 % of scale and 80 mg of offset along z (data sheet,
 /// accelerometer specifications), with a hundredth for tilt.
@@ -40,20 +43,35 @@ const UNITS: [(&str, f64); 8] = [
 
 impl Gravity {
     pub(super) fn of(rows: &Rows<'_>) -> Option<Self> {
-        let forces = &rows.raw?.accelerations_mps2;
+        match rows.raw {
+            Some(raw) => Self::of_forces(rows, &raw.accelerations_mps2),
+            None => rows.standing_roll_pitch_rad().map(|[roll, pitch]| Self {
+                up: Vector3::new(
+                    -pitch.sin(),
+                    roll.sin() * pitch.cos(),
+                    roll.cos() * pitch.cos(),
+                ),
+                norm_mps2: None,
+            }),
+        }
+    }
+
+    fn of_forces(rows: &Rows<'_>, forces: &[Vector3<f64>]) -> Option<Self> {
         let standing = forces.get(rows.standing.clone()).unwrap_or_default();
         let forces = if standing.len() < FEWEST_STANDING {
-            forces.as_slice()
+            forces
         } else {
             standing
         };
+        let mean = forces.iter().sum::<Vector3<f64>>() / forces.len() as f64;
         (!forces.is_empty()).then(|| Self {
-            mean_mps2: forces.iter().sum::<Vector3<f64>>() / forces.len() as f64,
+            up: mean.try_normalize(1e-9).unwrap_or_else(Vector3::z),
+            norm_mps2: Some(mean.norm()),
         })
     }
 
-    pub(super) fn norm_mps2(&self) -> f64 {
-        self.mean_mps2.norm()
+    pub(super) fn norm_mps2(&self) -> Option<f64> {
+        self.norm_mps2
     }
 
     pub(super) fn findings(&self, rows: &Rows<'_>) -> Vec<Finding> {
@@ -68,50 +86,15 @@ impl Gravity {
                 cure,
             }
         };
-        let norm = self.norm_mps2();
-        let off = (norm / STANDARD_GRAVITY_MPS2 - 1.0).abs();
-        if off > USELESS {
-            let unit = UNITS
-                .iter()
-                .find(|(_, gravity)| (norm / gravity - 1.0).abs() < USELESS);
-            let seen = format!("gravity is {norm:.3} m/s², expected 9.81");
-            return vec![match unit {
-                Some((unit, _)) => finding(
-                    FindingKind::AccelerationUnit,
-                    Severity::Useless,
-                    format!("{seen}: the accelerations are in {unit}"),
-                    (*unit == "g").then(|| self.in_g(rows)),
-                ),
-                None => finding(
-                    FindingKind::Gravity,
-                    Severity::Useless,
-                    format!("{seen}: the accelerometer is dead or not scaled"),
-                    None,
-                ),
-            }];
-        }
         let mut found = Vec::new();
-        if off > SENSOR_ACCURACY {
-            found.push(finding(
-                FindingKind::Gravity,
-                Severity::Worse,
-                format!(
-                    "gravity is {norm:.2} m/s², expected 9.81 within the accuracy of the sensor: \
-                     the accelerometer needs a calibration"
-                ),
-                Some("[mounting] accelerometer_bias_mps2 in --config".into()),
-            ));
+        if let Some(norm) = self.norm_mps2 {
+            found.extend(size(rows, norm, &finding));
+            if found.iter().any(|it| it.severity == Severity::Useless) {
+                return found;
+            }
         }
         found.extend(self.direction(rows, &finding));
         found
-    }
-
-    /// The `--column` arguments that read accelerations in g.
-    fn in_g(&self, rows: &Rows<'_>) -> String {
-        let arguments = ["ax", "ay", "az"]
-            .iter()
-            .filter_map(|key| rows.columns.corrected(key, Correction::Unit("g")));
-        arguments.collect::<Vec<_>>().join(" ")
     }
 
     fn direction(
@@ -119,7 +102,7 @@ impl Gravity {
         rows: &Rows<'_>,
         finding: &impl Fn(FindingKind, Severity, String, Option<String>) -> Finding,
     ) -> Option<Finding> {
-        let up = self.mean_mps2.normalize();
+        let up = self.up;
         let (roll_rad, pitch_rad) = (up.y.atan2(up.z), (-up.x).atan2(up.y.hypot(up.z)));
         let tilt_deg = up.z.clamp(-1.0, 1.0).acos().to_degrees();
         if tilt_deg > 180.0 - LARGEST_TILT_DEG {
@@ -161,22 +144,14 @@ impl Gravity {
         of_gravity_rad: [f64; 2],
         finding: &impl Fn(FindingKind, Severity, String, Option<String>) -> Finding,
     ) -> Option<Finding> {
-        let angles = rows.angles_rad?;
-        if rows.standing.len() < FEWEST_STANDING {
-            return None;
-        }
-        let mean = |values: &[f64]| {
-            let standing = &values[rows.standing.clone()];
-            standing.iter().sum::<f64>() / standing.len() as f64
-        };
-        let recorded = [("roll", mean(&angles.roll)), ("pitch", mean(&angles.pitch))];
-        recorded
+        rows.raw?;
+        let [roll_rad, pitch_rad] = rows.standing_roll_pitch_rad()?;
+        [("roll", roll_rad), ("pitch", pitch_rad)]
             .into_iter()
             .zip(of_gravity_rad)
             .find(|((_, angle_rad), gravity_rad)| {
-                let apart = (angle_rad - gravity_rad).to_degrees();
-                (apart + 180.0).rem_euclid(360.0) - 180.0 > LARGEST_DISAGREEMENT_DEG
-                    || (apart + 180.0).rem_euclid(360.0) - 180.0 < -LARGEST_DISAGREEMENT_DEG
+                let apart_rad = unwrapped_rad(0.0, angle_rad - gravity_rad);
+                apart_rad.to_degrees().abs() > LARGEST_DISAGREEMENT_DEG
             })
             .map(|((name, angle_rad), gravity_rad)| {
                 finding(
@@ -193,21 +168,53 @@ impl Gravity {
     }
 }
 
+/// Whether a mean specific force can be gravity in m/s².
+fn size(
+    rows: &Rows<'_>,
+    norm_mps2: f64,
+    finding: &impl Fn(FindingKind, Severity, String, Option<String>) -> Finding,
+) -> Option<Finding> {
+    let off = (norm_mps2 / STANDARD_GRAVITY_MPS2 - 1.0).abs();
+    let seen = format!("gravity is {norm_mps2:.3} m/s², expected 9.81");
+    if off > USELESS {
+        let unit = UNITS
+            .iter()
+            .find(|(_, gravity)| (norm_mps2 / gravity - 1.0).abs() < USELESS);
+        return Some(match unit {
+            Some((unit, _)) => finding(
+                FindingKind::AccelerationUnit,
+                Severity::Useless,
+                format!("{seen}: the accelerations are in {unit}"),
+                (*unit == "g").then(|| rows.arguments(&["ax", "ay", "az"], Correction::Unit("g"))),
+            ),
+            None => finding(
+                FindingKind::Gravity,
+                Severity::Useless,
+                format!("{seen}: the accelerometer is dead or not scaled"),
+                None,
+            ),
+        });
+    }
+    (off > SENSOR_ACCURACY).then(|| {
+        finding(
+            FindingKind::Gravity,
+            Severity::Worse,
+            format!(
+                "{seen} within the accuracy of the sensor: the accelerometer needs a calibration"
+            ),
+            Some("[mounting] accelerometer_bias_mps2 in --config".into()),
+        )
+    })
+}
+
 /// What to type for a sensor whose z axis points down.
 fn downward_cure(rows: &Rows<'_>) -> String {
-    let standing_roll = rows.angles_rad.and_then(|angles| {
-        let standing = angles.roll.get(rows.standing.clone())?;
-        Some(standing.iter().sum::<f64>() / standing.len().max(1) as f64)
-    });
-    let flipped = |keys: &[&str]| {
-        let arguments = keys
-            .iter()
-            .filter_map(|key| rows.columns.corrected(key, Correction::Sign));
-        arguments.collect::<Vec<_>>().join(" ")
-    };
-    match standing_roll {
+    let flipped = |keys: &[&str]| rows.arguments(keys, Correction::Sign);
+    match rows.standing_roll_pitch_rad() {
         // The angles show it too: the sensor itself is turned.
-        Some(roll_rad) if roll_rad.cos() < 0.0 => "[mounting] roll_deg = 180.0 in --config".into(),
+        Some([roll_rad, _]) if roll_rad.cos() < 0.0 => {
+            "[mounting] roll_deg = 180.0 in --config".into()
+        }
         Some(_) => flipped(&["pitch", "yaw", "ay", "az", "gy", "gz"]),
         None => format!(
             "[mounting] roll_deg = 180.0 in --config, or {}",

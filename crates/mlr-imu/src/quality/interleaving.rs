@@ -11,13 +11,6 @@ const CHANNELS: usize = 2;
 /// that fall swing the body by 25° twice a second.
 const LARGEST_SPEED_DPS: f64 = 250.0;
 
-pub(super) fn findings(rows: &Rows<'_>) -> Vec<Finding> {
-    alternating(rows)
-        .or_else(|| restless(rows))
-        .into_iter()
-        .collect()
-}
-
 fn impossible(rows: &Rows<'_>, kind: FindingKind, reason: String) -> Finding {
     let (from_s, to_s) = rows.span_s();
     Finding {
@@ -30,7 +23,8 @@ fn impossible(rows: &Rows<'_>, kind: FindingKind, reason: String) -> Finding {
     }
 }
 
-fn alternating(rows: &Rows<'_>) -> Option<Finding> {
+/// Channels that jump to and fro from row to row.
+pub(super) fn alternating(rows: &Rows<'_>) -> Option<Finding> {
     let alternate: Vec<&'static str> = rows
         .channels()
         .iter()
@@ -68,7 +62,7 @@ fn median_change(values: &[f64], lag: usize) -> f64 {
 }
 
 /// Roll or pitch that never rests.
-fn restless(rows: &Rows<'_>) -> Option<Finding> {
+pub(super) fn restless(rows: &Rows<'_>) -> Option<Finding> {
     let walking = rows.walking();
     let duration_s =
         rows.times_s.get(walking.end.checked_sub(1)?)? - rows.times_s.get(walking.start)?;

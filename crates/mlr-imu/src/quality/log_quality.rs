@@ -30,42 +30,34 @@ impl LogQuality {
     /// Examines a recording whose time stamps increase. `motion` says how the start of the
     /// walk is found: a robot that stands may show what one that walks must not.
     pub fn of(recording: &Recording, motion: &MotionSettings) -> Self {
-        let rows = Rows::of(recording, motion);
+        let mut rows = Rows::of(recording, motion);
         // A wrong unit or a dead sensor makes values impossible too; causes come first.
         let (impossible, mut findings): (Vec<_>, Vec<_>) = faults_of_samples(&rows)
             .into_iter()
             .partition(|fault| fault.kind == FindingKind::Impossible);
+        let failed_s = findings.iter().map(|fault| fault.from_s).reduce(f64::min);
+        if let Some(failed_s) = failed_s {
+            rows.sound_until(failed_s);
+        }
         let gravity = gravity::Gravity::of(&rows);
         if let Some(gravity) = &gravity {
             findings.extend(gravity.findings(&rows));
         }
-        findings.extend(units::findings(&rows));
-        findings.extend(interleaving::findings(&rows));
-        findings.extend(impossible);
-        findings.extend(tipping::findings(&rows));
         let value_rate_hz = value_rate_hz(&rows);
+        findings.extend(interleaving::alternating(&rows));
+        findings.extend(units::finding(&rows, value_rate_hz));
+        findings.extend(tipping::finding(&rows));
+        findings.extend(impossible);
+        findings.extend(interleaving::restless(&rows));
         let sample_rate_hz = rate_hz(rows.times_s.len(), rows.span_s());
         let hold = (sample_rate_hz / value_rate_hz.max(1e-9)).round().max(1.0);
         findings.extend(saturation::findings(&rows, hold as usize));
-        if value_rate_hz < HELD_SHARE * sample_rate_hz {
-            let (from_s, to_s) = rows.span_s();
-            findings.push(Finding {
-                kind: FindingKind::Held,
-                severity: Severity::Note,
-                from_s,
-                to_s,
-                reason: format!(
-                    "values change {value_rate_hz:.1} times a second, although there are \
-                     {sample_rate_hz:.1} rows a second"
-                ),
-                cure: None,
-            });
-        }
+        findings.extend(held(&rows, value_rate_hz, sample_rate_hz));
         findings.sort_by_key(|finding| finding.severity as u8);
         Self {
             sample_rate_hz,
             value_rate_hz,
-            gravity_mps2: gravity.map(|gravity| gravity.norm_mps2()),
+            gravity_mps2: gravity.and_then(|gravity| gravity.norm_mps2()),
             findings,
         }
     }
@@ -120,6 +112,36 @@ fn faults_of_samples(rows: &Rows<'_>) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// Rows that repeat the values of those before them.
+fn held(rows: &Rows<'_>, value_rate_hz: f64, sample_rate_hz: f64) -> Option<Finding> {
+    let (from_s, to_s) = rows.span_s();
+    let finding = |kind, severity, reason| Finding {
+        kind,
+        severity,
+        from_s,
+        to_s,
+        reason,
+        cure: None,
+    };
+    if value_rate_hz == 0.0 && rows.walking().len() == rows.times_s.len() {
+        return Some(finding(
+            FindingKind::Frozen,
+            Severity::Useless,
+            "the values never change: the sensor is frozen".into(),
+        ));
+    }
+    (value_rate_hz < HELD_SHARE * sample_rate_hz).then(|| {
+        finding(
+            FindingKind::Held,
+            Severity::Note,
+            format!(
+                "values change {value_rate_hz:.1} times a second, although there are \
+                 {sample_rate_hz:.1} rows a second"
+            ),
+        )
+    })
 }
 
 /// How often the values change while the robot walks.

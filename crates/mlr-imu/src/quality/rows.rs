@@ -5,7 +5,7 @@ use std::ops::Range;
 use mlr_filter::{Axes, MotionSettings, MotionStart};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::{Columns, ImuSample, OrientationSource, RawSeries, Recording};
+use crate::{Columns, Correction, ImuSample, OrientationSource, RawSeries, Recording};
 
 /// A recording whose time stamps increase, and where in it the robot stands and walks.
 pub(super) struct Rows<'a> {
@@ -20,6 +20,8 @@ pub(super) struct Rows<'a> {
     pub(super) walk_start: usize,
     /// Samples of the robot at rest before it walks; empty where the log shows none.
     pub(super) standing: Range<usize>,
+    /// Samples from the first to the one at which a sensor failed.
+    sound: Range<usize>,
 }
 
 /// A robot that is about to walk still stands so long before its walk is seen to start.
@@ -47,7 +49,13 @@ impl<'a> Rows<'a> {
             columns: &recording.columns,
             walk_start: start.map_or(times_s.len(), |start| index_of(start.start_s)),
             standing: 0..standing_end,
+            sound: 0..times_s.len(),
         }
+    }
+
+    /// Leaves out of the walk what comes after a sensor has failed.
+    pub(super) fn sound_until(&mut self, time_s: f64) {
+        self.sound = 0..self.times_s.partition_point(|t| *t < time_s);
     }
 
     /// First and last time; zero for an empty recording.
@@ -56,13 +64,35 @@ impl<'a> Rows<'a> {
         (first, self.times_s.last().copied().unwrap_or(first))
     }
 
-    /// The samples of the walk; the whole recording where there is none.
+    /// The samples of the walk while the sensor works; those of the whole recording where
+    /// there is no walk.
     pub(super) fn walking(&self) -> Range<usize> {
+        let end = self.sound.end;
         if self.walk_start < self.times_s.len() {
-            self.walk_start..self.times_s.len()
+            self.walk_start.min(end)..end
         } else {
-            0..self.times_s.len()
+            0..end
         }
+    }
+
+    /// Mean roll and pitch of the standing robot, where somebody else worked them out and the
+    /// log shows it standing.
+    pub(super) fn standing_roll_pitch_rad(&self) -> Option<[f64; 2]> {
+        let angles = self.angles_rad?;
+        let mean = |values: &[f64]| {
+            let standing = values.get(self.standing.clone())?;
+            let count = standing.len();
+            (count > 0).then(|| standing.iter().sum::<f64>() / count as f64)
+        };
+        Some([mean(&angles.roll)?, mean(&angles.pitch)?])
+    }
+
+    /// The `--column` arguments that correct these quantities.
+    pub(super) fn arguments(&self, keys: &[&str], correction: Correction) -> String {
+        let arguments = keys
+            .iter()
+            .filter_map(|key| self.columns.corrected(key, correction));
+        arguments.collect::<Vec<_>>().join(" ")
     }
 
     /// A row as a sensor would have sent it: only what was recorded, not what was fused.

@@ -1,4 +1,4 @@
-//! Raw samples that are cut off at the end of a range.
+//! Values that are cut off at the end of a range.
 
 use super::{Finding, FindingKind, Severity, rows::Rows};
 
@@ -13,6 +13,9 @@ const FEWEST: usize = 10;
 /// orientation; an accelerometer may be cut off by footfalls.
 const MOST_OF_RATES: f64 = 0.05;
 const MOST_OF_ACCELERATIONS: f64 = 0.3;
+/// An angle has no range to be cut off at; where it is, somebody clipped it. A peak that is
+/// rounded to the last digit of a log stays for less than this share of the walk.
+const LEAST_OF_ANGLES: f64 = 0.02;
 
 /// `hold`: rows that show the same measurement.
 pub(super) fn findings(rows: &Rows<'_>, hold: usize) -> Vec<Finding> {
@@ -20,20 +23,16 @@ pub(super) fn findings(rows: &Rows<'_>, hold: usize) -> Vec<Finding> {
     let (from_s, to_s) = rows.span_s();
     let mut found = Vec::new();
     for channel in rows.channels() {
-        let is_rate = channel.name.starts_with('g');
-        if !is_rate && !channel.name.starts_with('a') {
-            continue;
-        }
         let values = &channel.values[walking.clone()];
         let share = cut_off_share(values, hold);
-        if share == 0.0 {
+        let (least, most) = match channel.name.as_bytes() {
+            [b'g', _] => (0.0, MOST_OF_RATES),
+            [b'a', _] => (0.0, MOST_OF_ACCELERATIONS),
+            _ => (LEAST_OF_ANGLES, LEAST_OF_ANGLES),
+        };
+        if share <= least {
             continue;
         }
-        let most = if is_rate {
-            MOST_OF_RATES
-        } else {
-            MOST_OF_ACCELERATIONS
-        };
         found.push(Finding {
             kind: FindingKind::Saturated,
             severity: if share > most {

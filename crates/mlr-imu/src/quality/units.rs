@@ -10,6 +10,8 @@ use crate::Correction;
 /// Turns are compared over this time: longer than the delay of a filter, shorter than half
 /// a gait cycle.
 const TURN_S: f64 = 0.1;
+/// Values within that time that make a turn.
+const FEWEST_VALUES: f64 = 4.0;
 /// Tilt from accelerations is smeared by the body's own, and compared over a longer time.
 const TILT_S: f64 = 0.3;
 /// Turns smaller than this (RMS) prove nothing: a healthy robot turns by 0.001 rad in that
@@ -27,16 +29,19 @@ const TURNS_IN_A_SECOND_RAD: f64 = TAU;
 /// Accelerations show at least this share of the turns that the rates say.
 const SMALLEST_TILT_SHARE: f64 = 0.2;
 
-pub(super) fn findings(rows: &Rows<'_>) -> Vec<Finding> {
-    let all = || {
-        beyond_a_turn(rows)
-            .or_else(|| angles_against_rates(rows))
-            .or_else(|| rates_against_gravity(rows))
+/// The first contradiction. `value_rate_hz` says how often values change: turns of a sensor
+/// that is too slow cannot be compared.
+pub(super) fn finding(rows: &Rows<'_>, value_rate_hz: f64) -> Option<Finding> {
+    let compared = || {
+        let fast_enough = value_rate_hz * TURN_S >= FEWEST_VALUES;
+        fast_enough.then(|| angles_against_rates(rows)).flatten()
     };
-    all().into_iter().collect()
+    beyond_a_turn(rows)
+        .or_else(compared)
+        .or_else(|| rates_against_gravity(rows))
 }
 
-fn finding(rows: &Rows<'_>, kind: FindingKind, reason: String, cure: Option<String>) -> Finding {
+fn useless(rows: &Rows<'_>, kind: FindingKind, reason: String, cure: Option<String>) -> Finding {
     let (from_s, to_s) = rows.span_s();
     Finding {
         kind,
@@ -48,16 +53,9 @@ fn finding(rows: &Rows<'_>, kind: FindingKind, reason: String, cure: Option<Stri
     }
 }
 
-fn corrected(rows: &Rows<'_>, keys: &[&str], correction: Correction) -> String {
-    let arguments = keys
-        .iter()
-        .filter_map(|key| rows.columns.corrected(key, correction));
-    arguments.collect::<Vec<_>>().join(" ")
-}
-
 fn in_degrees(rows: &Rows<'_>, reason: &str) -> Finding {
-    let cure = corrected(rows, &["roll", "pitch", "yaw"], Correction::Unit("deg"));
-    finding(
+    let cure = rows.arguments(&["roll", "pitch", "yaw"], Correction::Unit("deg"));
+    useless(
         rows,
         FindingKind::AngleUnit,
         format!("{reason}: the angles are in degrees"),
@@ -148,8 +146,8 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
         .map(|((angle, _), _)| *angle)
         .collect();
     if !opposed.is_empty() {
-        let cure = corrected(rows, &opposed, Correction::Sign);
-        return Some(finding(
+        let cure = rows.arguments(&opposed, Correction::Sign);
+        return Some(useless(
             rows,
             FindingKind::Contradiction,
             format!(
@@ -161,7 +159,7 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
         ));
     }
     (all.correlation() < SAME).then(|| {
-        finding(
+        useless(
             rows,
             FindingKind::Contradiction,
             format!(
@@ -174,8 +172,8 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
 }
 
 fn rates_in_degrees(rows: &Rows<'_>, reason: &str) -> Finding {
-    let cure = corrected(rows, &["gx", "gy", "gz"], Correction::Unit("dps"));
-    finding(
+    let cure = rows.arguments(&["gx", "gy", "gz"], Correction::Unit("dps"));
+    useless(
         rows,
         FindingKind::RateUnit,
         format!("{reason}: the rates are in degrees per second"),
@@ -229,7 +227,9 @@ fn steps_of(rows: &Rows<'_>, step_s: f64) -> Vec<(usize, usize)> {
     let mut steps = Vec::new();
     let mut from = walking.start;
     while from < walking.end {
-        let to = times_s.partition_point(|t| *t < times_s[from] + step_s);
+        let to = times_s
+            .partition_point(|t| *t < times_s[from] + step_s)
+            .max(from + 1);
         if to >= walking.end {
             break;
         }
