@@ -164,7 +164,18 @@ fn table(report: &IdentificationReport) -> String {
     let answer = &report.identification;
     let mut table = output::Table::default();
     table.line("log", &report.log);
-    table.line("damage", &answer.description);
+    if answer.implausible {
+        table.line(
+            "damage",
+            format!(
+                "not known: no morphology explains this log ({})",
+                percent(answer.something_else_probability)
+            ),
+        );
+        table.line("closest", &answer.description);
+    } else {
+        table.line("damage", &answer.description);
+    }
     table.line(
         "morphology",
         format!(
@@ -190,6 +201,15 @@ fn table(report: &IdentificationReport) -> String {
             answer.mean_error_deg, answer.cost_rad
         ),
     );
+    if !answer.implausible && answer.something_else_probability >= WORTH_A_LINE {
+        table.line(
+            "something else",
+            format!(
+                "decides how the robot walks: {}",
+                percent(answer.something_else_probability)
+            ),
+        );
+    }
     match answer.motion_start_s {
         Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
         None => table.line("walk starts", "before the log"),
@@ -249,6 +269,9 @@ fn table(report: &IdentificationReport) -> String {
     );
     table.into_text()
 }
+
+/// Below this, a probability that something else is wrong is not worth a line.
+const WORTH_A_LINE: f64 = 0.05;
 
 /// A probability that is neither 0 nor 1 is not shown as such.
 fn percent(probability: f64) -> String {

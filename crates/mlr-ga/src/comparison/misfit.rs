@@ -35,7 +35,7 @@ impl Default for LikelihoodSettings {
     fn default() -> Self {
         Self {
             independent_errors: [5.0, 5.0, 3.0],
-            floor_deg: 0.15,
+            floor_deg: 0.05,
             clock_deviation: 0.035,
         }
     }
@@ -102,9 +102,10 @@ mod tests {
     #[test]
     fn below_the_floor_errors_hardly_count() {
         let settings = LikelihoodSettings::default();
-        let ln = |s| settings.ln_likelihood(&misfit([s; 3], 0.0));
-        assert!(ln(0.0) - ln(0.001) < 0.5);
-        assert!(ln(0.1) - ln(0.4) > 5.0);
+        let ln = |error_deg: f64| settings.ln_likelihood(&misfit([error_deg.powi(2); 3], 0.0));
+        let floor_deg = settings.floor_deg;
+        assert!(ln(0.0) - ln(0.2 * floor_deg) < 0.5);
+        assert!(ln(2.0 * floor_deg) - ln(4.0 * floor_deg) > 5.0);
     }
 
     #[test]

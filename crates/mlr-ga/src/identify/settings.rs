@@ -3,8 +3,11 @@ use mlr_model::{SimulationSettings, Variation};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AnswerError, LossHypothesis, belief::DamagePrior, comparison::LikelihoodSettings,
-    genetic::GeneticSettings, walks::usual_variations,
+    AnswerError, LossHypothesis,
+    belief::{DamagePrior, PlausibilitySettings},
+    comparison::LikelihoodSettings,
+    genetic::GeneticSettings,
+    walks::usual_variations,
 };
 
 /// Everything about an identification that can be chosen. The defaults are the
@@ -38,6 +41,8 @@ pub struct IdentifySettings {
     pub likelihood: LikelihoodSettings,
     /// What is thought of damage before the log is seen.
     pub prior: DamagePrior,
+    /// How far off the right morphology usually is.
+    pub plausibility: PlausibilitySettings,
     /// The nominal model, and how a robot may differ from it. The leading
     /// candidates are tried under all of them.
     pub variations: Vec<Variation>,
@@ -66,6 +71,7 @@ impl Default for IdentifySettings {
             genetic: GeneticSettings::default(),
             likelihood: LikelihoodSettings::default(),
             prior: DamagePrior::default(),
+            plausibility: PlausibilitySettings::default(),
             variations: usual_variations(),
             leaders: 48,
             credible_share: 0.99,
