@@ -36,7 +36,7 @@ pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
     ColumnError, Columns, LogError, LogProblem, LogStream, LogTable, read_log, write_log,
 };
-pub use mounting::{Mounting, MountingError};
+pub use mounting::Mounting;
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};
 pub use new_file::NewFile;
 pub use recording::{OrientationSource, Recording};

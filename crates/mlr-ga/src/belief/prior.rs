@@ -1,3 +1,4 @@
+use mlr_filter::SettingError;
 use mlr_model::Morphology;
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,15 @@ impl Default for DamagePrior {
 }
 
 impl DamagePrior {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("leg_damaged", self.leg_damaged, 1e-9..=0.999, "")?;
+        SettingError::check("remaining_link", self.remaining_link, 1e-6..=1e6, "")
+    }
+
     /// Logarithm of the probability of a morphology.
     pub fn ln(&self, morphology: &Morphology) -> f64 {
         (0..morphology.legs())

@@ -50,6 +50,7 @@ fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, Log
             orientation: raw.clone().fuse()?,
             raw: Some(raw),
             source: OrientationSource::Fused,
+            in_body_axes: false,
             notes: Vec::new(),
         });
     }
@@ -68,6 +69,7 @@ fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, Log
         orientation: OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?,
         raw: Some(raw),
         source: OrientationSource::Recorded,
+        in_body_axes: false,
         notes: Vec::new(),
     })
 }
