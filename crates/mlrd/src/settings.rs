@@ -290,6 +290,39 @@ mod tests {
     }
 
     #[test]
+    fn the_shipped_configuration_shows_the_defaults() {
+        let shipped = include_str!("../systemd/mlrd.toml");
+        // What has no default is shown as an example.
+        let examples = [
+            "i2c",
+            "state_dir",
+            "atlas",
+            "threads",
+            "robot",
+            "gait",
+            "dir",
+        ];
+        let is_key = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '_');
+        let lines = shipped.lines().filter_map(|line| {
+            let shown = line.strip_prefix("# ").unwrap_or(line);
+            match shown.split_once(" = ") {
+                Some((key, _)) if examples.contains(&key) => None,
+                Some((key, _)) if is_key(key) => Some(shown),
+                _ => Some(line),
+            }
+        });
+        let text: Vec<&str> = lines.collect();
+        let defaults = Settings {
+            port: Some("/dev/ttyTHS1".into()),
+            ..Settings::default()
+        };
+        assert_eq!(
+            Settings::checked_from_toml(&text.join("\n")).unwrap(),
+            defaults
+        );
+    }
+
+    #[test]
     fn the_command_line_reads_the_same_file() {
         let text = include_str!("../systemd/mlrd.toml");
         assert_eq!(

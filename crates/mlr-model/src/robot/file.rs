@@ -192,7 +192,16 @@ fn check_mass(field: &str, value: f64) -> Result<(), SettingError> {
 
 /// Principal moments of a real body obey the triangle inequality.
 fn check_inertia(field: &str, moments: [f64; 3]) -> Result<(), SettingError> {
-    SettingError::check_each(field, &moments, 1e-15..=1e9, "kg m²")?;
+    for (axis, moment) in moments.iter().enumerate() {
+        if !(1e-30..=1e9).contains(moment) {
+            let expected = "a positive moment of inertia, in kg m²";
+            return Err(SettingError::new(
+                format!("{field}[{axis}]"),
+                moment,
+                expected,
+            ));
+        }
+    }
     let [a, b, c] = moments;
     let slack = 1.0 + 1e-9;
     if a <= (b + c) * slack && b <= (a + c) * slack && c <= (a + b) * slack {

@@ -122,7 +122,7 @@ pub struct Servo {
 
 impl Servo {
     /// Least stiffness, in N m/rad.
-    pub(crate) const SOFTEST: f64 = 1e-6;
+    pub(crate) const SOFTEST: f64 = 1e-9;
     /// Largest stiffness, in N m/rad.
     pub(crate) const STIFFEST: f64 = 1e6;
 
@@ -141,8 +141,8 @@ impl Servo {
         let stiffnesses = Self::SOFTEST..=Self::STIFFEST;
         check("stiffness_nm_per_rad", stiffness, stiffnesses, "N m/rad")?;
         check("damping_nm_s_per_rad", damping, 0.0..=1e6, "N m s/rad")?;
-        check("torque_limit_nm", self.torque_limit_nm, 1e-6..=1e6, "N m")?;
-        check("speed_limit_rad_per_s", speed_limit, 1e-6..=1e6, "rad/s")?;
+        check("torque_limit_nm", self.torque_limit_nm, 1e-9..=1e6, "N m")?;
+        check("speed_limit_rad_per_s", speed_limit, 1e-9..=1e6, "rad/s")?;
         check("command_hold_s", self.command_hold_s, 1e-4..=1.0, "s")?;
         check("latency_s", self.latency_s, 0.0..=1.0, "s")
     }
