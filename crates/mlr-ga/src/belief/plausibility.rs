@@ -1,5 +1,6 @@
 //! Whether any morphology explains a walk at all.
 
+use mlr_filter::SettingError;
 use serde::{Deserialize, Serialize};
 
 /// How far the walk of the best morphology is from the measured one, when it is the right
@@ -77,6 +78,19 @@ impl Default for PlausibilitySettings {
 }
 
 impl PlausibilitySettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("something_else", self.something_else, 1e-9..=0.999, "")?;
+        SettingError::check("defective_sensor", self.defective_sensor, 0.0..=0.999, "")?;
+        let usual = self.usual.check();
+        usual.map_err(|error| error.under("usual"))?;
+        let unexplained = self.unexplained.check();
+        unexplained.map_err(|error| error.under("unexplained"))
+    }
+
     /// Probability that something else decides how the robot walks. `error_deg` and
     /// `motion_deg` are root mean squares of roll, pitch and yaw without mean and trend.
     pub fn something_else(&self, error_deg: [f64; 3], motion_deg: [f64; 3]) -> f64 {
@@ -96,6 +110,18 @@ impl PlausibilitySettings {
 }
 
 impl ErrorModel {
+    fn check(&self) -> Result<(), SettingError> {
+        for (name, values, bounds, unit) in [
+            ("noise_deg", &self.noise_deg, 1e-4..=45.0, "degrees"),
+            ("motion_share", &self.motion_share, 1e-4..=10.0, ""),
+            ("noise_spread", &self.noise_spread, 0.01..=10.0, ""),
+            ("motion_spread", &self.motion_spread, 0.01..=10.0, ""),
+        ] {
+            SettingError::check_each(name, values, bounds, unit)?;
+        }
+        SettingError::check("correlation", self.correlation, 0.0..=0.95, "")
+    }
+
     /// The median error of each axis.
     pub fn median_deg(&self, motion_deg: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|axis| {

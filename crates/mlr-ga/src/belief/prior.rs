@@ -1,3 +1,4 @@
+use mlr_filter::SettingError;
 use mlr_model::Morphology;
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +39,15 @@ impl DamagePrior {
                 self.leg_damaged * gone / states
             })
             .collect()
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("leg_damaged", self.leg_damaged, 1e-9..=0.999, "")?;
+        SettingError::check("remaining_link", self.remaining_link, 1e-6..=1e6, "")
     }
 
     /// Logarithm of the probability of a morphology.

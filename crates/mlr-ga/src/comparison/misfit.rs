@@ -1,3 +1,4 @@
+use mlr_filter::SettingError;
 use serde::{Deserialize, Serialize};
 
 use super::Alignment;
@@ -42,6 +43,17 @@ impl Default for LikelihoodSettings {
 }
 
 impl LikelihoodSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let errors = &self.independent_errors;
+        SettingError::check_each("independent_errors", errors, 0.01..=1000.0, "")?;
+        SettingError::check("floor_deg", self.floor_deg, 1e-6..=45.0, "degrees")?;
+        SettingError::check("clock_deviation", self.clock_deviation, 1e-6..=1.0, "")
+    }
+
     /// Logarithm of the likelihood, up to a constant.
     pub fn ln_likelihood(&self, misfit: &Misfit) -> f64 {
         self.ln_of_errors(misfit.mean_square_deg2) - self.ln_price_of(misfit.alignment)
