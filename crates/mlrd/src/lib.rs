@@ -34,6 +34,7 @@ mod service;
 mod settings;
 pub mod source;
 pub mod spike_filter;
+pub mod stopped_clock;
 pub mod supervisor;
 pub mod worker;
 

@@ -11,7 +11,7 @@ use crate::{
     FramingName, Settings,
     line_health::{LineFault, LineHealth},
     sample_rate::SampleRate,
-    sensor_fault::{FaultChange, FaultWatch, SensorFault},
+    sensor_fault::{FaultChange, FaultWatch, Moment, SensorFault},
     spike_filter::SpikeFilter,
 };
 
@@ -180,7 +180,8 @@ impl Sensor {
                 let missing = lost - self.lost_before;
                 self.lost_before = lost;
                 let time_s = self.clock.stamp(arrival_s, sample.device_time_us, missing);
-                self.take_sample(time_s, &sample, walking, &mut heard);
+                let moment = Moment { time_s, arrival_s };
+                self.take_sample(moment, &sample, walking, &mut heard);
             }
         }
         self.samples = samples;
@@ -196,14 +197,15 @@ impl Sensor {
 
     fn take_sample(
         &mut self,
-        time_s: f64,
+        moment: Moment,
         sample: &ImuSample,
         walking: bool,
         heard: &mut Vec<Heard>,
     ) {
+        let time_s = moment.time_s;
         self.rate.count(time_s);
         let in_body_axes = self.mounting.in_body_axes(sample);
-        let change = self.faults.take(time_s, sample, &in_body_axes, walking);
+        let change = self.faults.take(moment, sample, &in_body_axes, walking);
         if let Some(change) = change {
             match &change {
                 FaultChange::Began(fault) => self.doubt_bias(fault.since_s),

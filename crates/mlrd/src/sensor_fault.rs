@@ -5,7 +5,10 @@ use mlr_imu::{
     quality::{SampleFault, SampleHealth},
 };
 
-use crate::mounting_check::{MountingCheck, Turn};
+use crate::{
+    mounting_check::{MountingCheck, Turn},
+    stopped_clock::StoppedClock,
+};
 
 /// Samples from which nothing may be concluded.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +19,15 @@ pub struct SensorFault {
     pub reason: String,
     /// Time of the first sample that had it.
     pub since_s: f64,
+}
+
+/// When a sample was taken, and when it arrived.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Time since the first sample.
+    pub time_s: f64,
+    /// Time of arrival, by any steady clock.
+    pub arrival_s: f64,
 }
 
 /// A fault has begun, or the sensor has none any more.
@@ -36,6 +48,7 @@ pub enum FaultChange {
 /// before how the sensor is mounted, which only good samples tell.
 pub struct FaultWatch {
     samples: SampleHealth,
+    clock: StoppedClock,
     mounting: MountingCheck,
     bad_samples: Option<SensorFault>,
     upside_down: Option<SensorFault>,
@@ -58,6 +71,7 @@ impl FaultWatch {
     pub fn new(scale: FullScale, mounting: Mounting) -> Self {
         Self {
             samples: SampleHealth::new(scale),
+            clock: StoppedClock::default(),
             mounting: MountingCheck::new(mounting),
             bad_samples: None,
             upside_down: None,
@@ -74,17 +88,28 @@ impl FaultWatch {
     /// the robot should be moving.
     pub fn take(
         &mut self,
-        time_s: f64,
+        moment: Moment,
         sample: &ImuSample,
         in_body_axes: &ImuSample,
         walking: bool,
     ) -> Option<FaultChange> {
-        if let Some(fault) = self.samples.take(time_s, sample, walking) {
-            let fault = self.begin(fault.into());
+        let Moment { time_s, arrival_s } = moment;
+        let began = self.samples.take(time_s, sample, walking);
+        let stopped = self.clock.take(arrival_s, sample.device_time_us);
+        let new = match began {
+            Some(fault) => Some(fault.into()),
+            None => (stopped && self.bad_samples.is_none()).then(|| SensorFault {
+                name: "frozen",
+                reason: "the device's clock stands still: it repeats one frame".into(),
+                since_s: time_s,
+            }),
+        };
+        if let Some(fault) = new {
+            let fault = self.begin(fault);
             self.bad_samples = Some(fault.clone());
             return Some(FaultChange::Began(fault));
         }
-        if self.samples.fault().is_some() {
+        if stopped || self.samples.fault().is_some() {
             return None;
         }
         let good_again = self.bad_samples.take();
@@ -144,7 +169,12 @@ mod tests {
         (from..to)
             .filter_map(|index| {
                 let sample = sample(index);
-                watch.take(f64::from(index) * 1e-3, &sample, &sample, true)
+                let time_s = f64::from(index) * 1e-3;
+                let moment = Moment {
+                    time_s,
+                    arrival_s: time_s,
+                };
+                watch.take(moment, &sample, &sample, true)
             })
             .collect()
     }
@@ -193,5 +223,32 @@ mod tests {
             panic!("{told:?}");
         };
         assert!(lasted_s > 8.0, "{lasted_s}");
+    }
+
+    #[test]
+    fn a_bridge_that_repeats_one_frame_is_frozen() {
+        let mut watch = FaultWatch::new(FullScale::default(), Mounting::default());
+        let with_clock = |index: u32, device_time_us| ImuSample {
+            device_time_us: Some(device_time_us),
+            ..noisy(index, 9.8)
+        };
+        assert!(changes(&mut watch, 0, 2000, |i| with_clock(i, i * 1000)).is_empty());
+        // The time of such samples hardly advances.
+        let repeated = with_clock(5, 2_000_000);
+        let told: Vec<FaultChange> = (0..1000_u32)
+            .filter_map(|index| {
+                let moment = Moment {
+                    time_s: 2.0 + f64::from(index) * 1e-6,
+                    arrival_s: 2.0 + f64::from(index) * 1e-3,
+                };
+                watch.take(moment, &repeated, &repeated, true)
+            })
+            .collect();
+        let [FaultChange::Began(fault)] = told.as_slice() else {
+            panic!("{told:?}");
+        };
+        assert_eq!(fault.name, "frozen");
+        let told = changes(&mut watch, 3000, 4000, |i| with_clock(i, i * 1000));
+        assert!(matches!(told[..], [FaultChange::Over { .. }]), "{told:?}");
     }
 }
