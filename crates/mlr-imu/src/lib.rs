@@ -35,7 +35,8 @@ mod sample_clock;
 
 pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
-    ColumnError, Columns, LogError, LogProblem, LogStream, LogTable, read_log, write_log,
+    ColumnError, Columns, Correction, LogError, LogProblem, LogStream, LogTable, read_log,
+    write_log,
 };
 pub use mounting::{Mounting, MountingError};
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};

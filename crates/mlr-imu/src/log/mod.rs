@@ -7,7 +7,7 @@ mod stream;
 mod table;
 mod write;
 
-pub use columns::{ColumnError, Columns};
+pub use columns::{ColumnError, Columns, Correction};
 pub use error::{LogError, LogProblem};
 pub use read::read_log;
 pub use stream::LogStream;

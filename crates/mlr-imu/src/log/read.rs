@@ -50,12 +50,17 @@ fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, Log
             orientation: raw.clone().fuse()?,
             raw: Some(raw),
             source: OrientationSource::Fused,
+            columns: columns.clone(),
             notes: Vec::new(),
         });
     }
     if !has_raw {
         let [times_s, roll, pitch, yaw] = read_columns(table, [time, roll, pitch, yaw])?;
-        return Ok(OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?.into());
+        let orientation = OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?;
+        return Ok(Recording {
+            columns: columns.clone(),
+            ..orientation.into()
+        });
     }
     let wanted = [time, roll, pitch, yaw, ax, ay, az, gx, gy, gz];
     let [times_s, roll, pitch, yaw, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
@@ -68,6 +73,7 @@ fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, Log
         orientation: OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?,
         raw: Some(raw),
         source: OrientationSource::Recorded,
+        columns: columns.clone(),
         notes: Vec::new(),
     })
 }

@@ -2,9 +2,12 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{FaultKind, SampleFault, held_values::HeldValues};
+use super::{
+    FaultKind, SampleFault,
+    held_values::{Held, HeldValues},
+};
 use crate::{FullScale, ImuSample, STANDARD_GRAVITY_MPS2};
 
 /// Watches the samples of one sensor, in the sensor's own axes.
@@ -13,10 +16,11 @@ use crate::{FullScale, ImuSample, STANDARD_GRAVITY_MPS2};
 /// sample that had it.
 #[derive(Debug, Clone)]
 pub struct SampleHealth {
-    rails: Rails,
+    rails: Option<Rails>,
     all: HeldValues<ImuValues>,
     acceleration: HeldValues<[u64; 3]>,
     rate: HeldValues<[u64; 3]>,
+    orientation: HeldValues<[u64; 4]>,
     without_gravity_since_s: Option<f64>,
     saturated: RecentTime,
     jumps: RecentTime,
@@ -60,10 +64,19 @@ impl SampleHealth {
     /// Nothing heard yet of a sensor with these ranges.
     pub fn new(scale: FullScale) -> Self {
         Self {
-            rails: Rails::new(scale),
+            rails: Some(Rails::new(scale)),
+            ..Self::without_ranges()
+        }
+    }
+
+    /// Nothing heard yet of a sensor whose ranges are not known: saturation is not seen.
+    pub fn without_ranges() -> Self {
+        Self {
+            rails: None,
             all: HeldValues::default(),
             acceleration: HeldValues::default(),
             rate: HeldValues::default(),
+            orientation: HeldValues::default(),
             without_gravity_since_s: None,
             saturated: RecentTime::new(1.0),
             jumps: RecentTime::new(0.5),
@@ -117,6 +130,9 @@ impl SampleHealth {
                 self.rate.take(time_s, bits(&rate)),
             )
         });
+        let orientation = sample
+            .orientation
+            .map(|q| self.orientation.take(time_s, quaternion_bits(&q)));
         let gravity = self.gravity_missing_since(time_s, sample);
         let saturated_s = self.saturated_since(time_s, sample);
         let jumping_s = self.jumping_since(time_s, sample);
@@ -126,7 +142,7 @@ impl SampleHealth {
             // A filter may hold the orientation of a robot at rest.
             (false, None) => f64::INFINITY,
         };
-        let frozen = |held: super::held_values::Held| held.is_frozen(patience_s);
+        let frozen = |held: Held| held.is_frozen(patience_s);
         if let Some(since_s) = gravity {
             return Some((FaultKind::DeadAccelerometer, since_s));
         }
@@ -140,6 +156,10 @@ impl SampleHealth {
             if frozen(rate) {
                 return Some((FaultKind::DeadGyroscope, rate.since_s));
             }
+        }
+        // The device's own filter has stopped, whatever its raw samples do.
+        if let Some(orientation) = orientation.filter(|held| walking && frozen(*held)) {
+            return Some((FaultKind::Frozen, orientation.since_s));
         }
         if let Some(since_s) = jumping_s {
             return Some((FaultKind::Impossible, since_s));
@@ -165,10 +185,11 @@ impl SampleHealth {
             .map_or(0.0, |(last_s, _)| (time_s - last_s).clamp(0.0, 0.1));
         let rate = sample
             .angular_rate_radps
-            .is_some_and(|rate| self.rails.rate_at_end(&rate));
-        let acceleration = sample
-            .acceleration_mps2
-            .is_some_and(|force| self.rails.acceleration_at_end(&force));
+            .is_some_and(|rate| self.rails.is_some_and(|rails| rails.rate_at_end(&rate)));
+        let acceleration = sample.acceleration_mps2.is_some_and(|force| {
+            self.rails
+                .is_some_and(|rails| rails.acceleration_at_end(&force))
+        });
         // One limit for both: a rate's time counts as many times as it is graver.
         let weight = match (rate, acceleration) {
             (true, _) => SATURATED_ACCELERATION_S / SATURATED_RATE_S,
@@ -284,16 +305,16 @@ fn bits(vector: &Vector3<f64>) -> [u64; 3] {
 fn bits_of(sample: &ImuSample) -> ImuValues {
     let [ax, ay, az] = sample.acceleration_mps2.map_or([0; 3], |v| bits(&v));
     let [gx, gy, gz] = sample.angular_rate_radps.map_or([0; 3], |v| bits(&v));
-    let [i, j, k, w] = sample.orientation.map_or([0; 4], |q| {
-        let q = q.into_inner().coords;
-        [q.x, q.y, q.z, q.w].map(f64::to_bits)
-    });
+    let [i, j, k, w] = sample.orientation.map_or([0; 4], |q| quaternion_bits(&q));
     [ax, ay, az, gx, gy, gz, i, j, k, w]
+}
+
+fn quaternion_bits(q: &UnitQuaternion<f64>) -> [u64; 4] {
+    [q.i, q.j, q.k, q.w].map(f64::to_bits)
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::UnitQuaternion;
     use proptest::prelude::*;
 
     use super::*;
@@ -424,7 +445,7 @@ mod tests {
     fn two_sensors_on_one_line_jump_to_and_fro() {
         let two = |index: u32, sample| ImuSample {
             orientation: Some(UnitQuaternion::from_euler_angles(
-                if index % 2 == 0 { 0.0 } else { 0.8 },
+                if index.is_multiple_of(2) { 0.0 } else { 0.8 },
                 f64::from(index) * 1e-6,
                 0.0,
             )),
