@@ -287,7 +287,8 @@ pub(crate) mod tests {
         let tracing = TracingSettings::default();
         let explainer = Explainer::new(Arc::new(known), tracing, messages, send).unwrap();
         let times_s: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.005).collect();
-        let still = vec![0.0; times_s.len()];
+        // A robot at rest, with a little noise.
+        let still: Vec<f64> = (0..1000).map(|i| f64::from(i % 7) * 1e-5).collect();
         let request = Request {
             number: RequestNumber::default(),
             recording: OrientationSeries::new(times_s, Axes::from_fn(|_| still.clone())).unwrap(),
