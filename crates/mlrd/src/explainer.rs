@@ -288,7 +288,9 @@ pub(crate) mod tests {
         let explainer = Explainer::new(Arc::new(known), tracing, messages, send).unwrap();
         let times_s: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.005).collect();
         // A robot at rest, with a little noise.
-        let still: Vec<f64> = (0..1000).map(|i| f64::from(i % 7) * 1e-5).collect();
+        let still: Vec<f64> = (0..1000)
+            .map(|i| f64::from(i * 7919 % 1009) * 1e-7)
+            .collect();
         let request = Request {
             number: RequestNumber::default(),
             recording: OrientationSeries::new(times_s, Axes::from_fn(|_| still.clone())).unwrap(),
