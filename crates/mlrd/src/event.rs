@@ -64,6 +64,23 @@ pub enum Kind {
         /// Why, as far as can be told.
         reason: String,
     },
+    /// Frames are understood, and what they say cannot be: nothing is concluded from it
+    /// until the sensor has recovered.
+    SensorFault {
+        /// Its short name.
+        fault: &'static str,
+        /// What is wrong, in words.
+        reason: String,
+        /// Time of the first sample that was wrong.
+        since_s: f64,
+    },
+    /// What the sensor says makes sense again.
+    SensorRecovered {
+        /// The fault that it had.
+        fault: &'static str,
+        /// Time from its first wrong sample to its recovery.
+        lasted_s: f64,
+    },
     /// The robot walks.
     MotionStarted {
         /// When it started.
@@ -114,21 +131,37 @@ pub enum Kind {
         /// Its file.
         path: PathBuf,
     },
-    /// Frames so far, once in a while.
-    Status {
-        /// Valid frames.
-        good: u64,
-        /// Frames that failed their check.
-        bad: u64,
-        /// Frames that never came.
-        lost: u64,
-        /// What the monitor is doing.
-        state: &'static str,
-        /// Time since the last valid sample, or since the start without one.
-        silent_s: f64,
-    },
+    /// How things are, once in a while.
+    Status(Box<Status>),
     /// The daemon ends.
     Stopped,
+}
+
+/// How things are.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Status {
+    /// Valid frames.
+    pub good: u64,
+    /// Frames that failed their check.
+    pub bad: u64,
+    /// Frames that never came.
+    pub lost: u64,
+    /// What the monitor is doing.
+    pub state: &'static str,
+    /// Short name of what is wrong with the sensor now.
+    pub fault: Option<&'static str>,
+    /// Time since the last valid sample, or since the start without one.
+    pub silent_s: f64,
+    /// Samples per second since the last status.
+    pub rate_hz: Option<f64>,
+    /// Roll of the body when last known.
+    pub roll_deg: Option<f64>,
+    /// Its pitch.
+    pub pitch_deg: Option<f64>,
+    /// How many `status` before this one were dropped because nobody read them.
+    pub dropped_status: u64,
+    /// How many other events were.
+    pub dropped_events: u64,
 }
 
 /// A sensor that says nothing for so long is stale.
@@ -138,9 +171,12 @@ impl Kind {
     fn level(&self) -> Level {
         match self {
             Self::PortLost { .. } => Level::Stale,
-            Self::Status { silent_s, .. } if *silent_s > SILENT_S => Level::Stale,
+            Self::Status(status) if status.silent_s > SILENT_S => Level::Stale,
+            Self::Status(status) if status.fault.is_some() => Level::Error,
             Self::DamageDetected { .. } | Self::Warning { .. } => Level::Warn,
-            Self::Unidentified { .. } | Self::LineFault { .. } => Level::Error,
+            Self::Unidentified { .. } | Self::LineFault { .. } | Self::SensorFault { .. } => {
+                Level::Error
+            }
             Self::Identified { result } if !result.identification.damaged_legs.is_empty() => {
                 Level::Error
             }
@@ -190,17 +226,44 @@ mod tests {
         assert_eq!(level(unexplained), Level::Warn);
     }
 
-    #[test]
-    fn a_silent_sensor_is_stale() {
-        let status = |silent_s| Kind::Status {
-            good: 0,
+    fn status(silent_s: f64, fault: Option<&'static str>) -> Kind {
+        Kind::Status(Box::new(Status {
+            good: 7,
             bad: 0,
             lost: 0,
             state: "standing",
+            fault,
             silent_s,
-        };
-        assert_eq!(status(0.1).level(), Level::Ok);
-        assert_eq!(status(2.5).level(), Level::Stale);
+            rate_hz: Some(500.0),
+            roll_deg: None,
+            pitch_deg: None,
+            dropped_status: 0,
+            dropped_events: 0,
+        }))
+    }
+
+    #[test]
+    fn a_silent_sensor_is_stale_and_a_faulty_one_an_error() {
+        assert_eq!(status(0.1, None).level(), Level::Ok);
+        assert_eq!(status(0.1, Some("frozen")).level(), Level::Error);
+        assert_eq!(status(2.5, Some("frozen")).level(), Level::Stale);
+    }
+
+    #[test]
+    fn what_a_status_does_not_know_is_null() {
+        let line = line(SystemTime::UNIX_EPOCH, 0.0, &status(0.5, None)).unwrap();
+        let event: serde_json::Value = serde_json::from_str(&line).unwrap();
+        assert_eq!(
+            (&event["event"], &event["level"]),
+            (&"status".into(), &0.into())
+        );
+        assert_eq!(
+            (&event["good"], &event["rate_hz"]),
+            (&7.into(), &500.0.into())
+        );
+        for unknown in ["fault", "roll_deg", "pitch_deg"] {
+            assert!(event.get(unknown).is_some_and(serde_json::Value::is_null));
+        }
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! Explains when nothing else is to be done.
 
 use std::{
-    io::{self, Write},
     sync::{
         Arc,
         mpsc::{self, Receiver, Sender},
@@ -14,11 +13,18 @@ use mlr_ga::{ExplainError, ExplainSettings, IdentifySettings, explain};
 use mlr_residual::walk::{Sensing, TracingSettings, WalkExplanation};
 use serde::Serialize;
 
-use crate::{monitor::Request, priority, robot_model::RobotModel};
+use crate::{
+    monitor::{Request, RequestNumber},
+    output::Messages,
+    priority,
+    robot_model::RobotModel,
+};
 
 /// What an explanation came to.
 #[derive(Debug)]
 pub struct Explained {
+    /// Which request it answers.
+    pub number: RequestNumber,
     /// The report, or why there is none.
     pub report: Result<ExplanationReport, ExplainError>,
     /// The sensor's faults that the recording was rid of beforehand.
@@ -82,6 +88,7 @@ impl Explainer {
     pub fn new(
         known: Arc<RobotModel>,
         tracing: TracingSettings,
+        messages: Messages,
         done: Sender<Explained>,
     ) -> anyhow::Result<Self> {
         let bench = Bench {
@@ -89,13 +96,10 @@ impl Explainer {
             pool: rayon::ThreadPoolBuilder::new()
                 .num_threads(1)
                 .thread_name(|index| format!("explain-{index}"))
-                .start_handler(|_| {
+                .start_handler(move |_| {
                     // An explanation at ordinary priority is better than none.
                     if let Err(error) = priority::lower_this_thread() {
-                        let _ = writeln!(
-                            io::stderr().lock(),
-                            "mlrd: explanations at ordinary priority: {error}"
-                        );
+                        messages.say(&format!("explanations at ordinary priority: {error}"));
                     }
                 })
                 .build()?,
@@ -122,10 +126,16 @@ impl Bench {
     fn serve(&self, to_explain: &Receiver<(Request, Sensing)>, done: &Sender<Explained>) {
         while let Ok(next) = to_explain.recv() {
             let (request, corrected) = to_explain.try_iter().last().unwrap_or(next);
+            let number = request.number;
             let report = self
                 .pool
                 .install(|| self.report(&request.corrected(&corrected)));
-            if done.send(Explained { report, corrected }).is_err() {
+            let explained = Explained {
+                number,
+                report,
+                corrected,
+            };
+            if done.send(explained).is_err() {
                 return;
             }
         }
@@ -273,10 +283,16 @@ pub(crate) mod tests {
     fn every_request_in_turn_is_answered_with_what_was_corrected() {
         let known = RobotModel::new(&Settings::default(), "imu".into()).unwrap();
         let (send, answers) = mpsc::channel();
-        let explainer = Explainer::new(Arc::new(known), TracingSettings::default(), send).unwrap();
+        let messages = Messages::to_stderr().unwrap();
+        let tracing = TracingSettings::default();
+        let explainer = Explainer::new(Arc::new(known), tracing, messages, send).unwrap();
         let times_s: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.005).collect();
-        let still = vec![0.0; times_s.len()];
+        // A robot at rest, with a little noise.
+        let still: Vec<f64> = (0..1000)
+            .map(|i| f64::from(i * 7919 % 1009) * 1e-7)
+            .collect();
         let request = Request {
+            number: RequestNumber::default(),
             recording: OrientationSeries::new(times_s, Axes::from_fn(|_| still.clone())).unwrap(),
             motion_start_s: Some(1.0),
             from_s: 2.0,

@@ -5,29 +5,36 @@
 //! mlrd --port /dev/ttyTHS1
 //! ```
 //!
-//! Three threads: [`source`] reads bytes and survives whatever happens to the
-//! port; the main thread decodes, stamps and fuses them ([`sensor`]) and drives
+//! [`source`] reads bytes on a thread of its own and survives whatever happens to the
+//! port; the main thread decodes, stamps, checks and fuses them ([`sensor`]) and drives
 //! the states of the [`monitor`]; a [`worker`] identifies, so that nothing ever
 //! delays reading. An [`explainer`] beside them, at the lowest priority, finds out what
 //! else is unusual about a damaged walk; what it finds of the sensor is corrected from
-//! then on. Events are JSON lines on stdout ([`event`]), messages for
-//! people go to stderr. [`Settings`] is everything that can be chosen.
+//! then on. Events are JSON lines on stdout ([`event`]), messages for people go to
+//! stderr, both from threads of their own ([`output`]): nothing waits for a reader.
+//! While the sensor has a fault ([`sensor_fault`]) nothing is concluded about the robot.
+//! [`Settings`] is everything that can be chosen.
 
 pub mod event;
 pub mod explainer;
 pub mod line_health;
 pub mod monitor;
+pub mod mounting_check;
 mod options;
+pub mod output;
 mod priority;
 pub mod recorder;
 pub mod robot_model;
+pub mod sample_rate;
 pub mod saved_state;
 pub mod sensor;
 mod sensor_correction;
+pub mod sensor_fault;
 mod service;
 mod settings;
 pub mod source;
 pub mod spike_filter;
+pub mod stopped_clock;
 pub mod supervisor;
 pub mod worker;
 

@@ -2,7 +2,7 @@
 
 use std::{
     fs::{self, File},
-    io::{self, BufWriter, Write},
+    io::{self, BufRead, BufReader, BufWriter, Read, Write},
     path::{Path, PathBuf},
     time::SystemTime,
 };
@@ -14,8 +14,8 @@ use crate::{sensor::Reading, settings::RecordSettings};
 /// Writes readings to CSV files, `walk-TIME.csv`, that `mlr-ga` reads.
 ///
 /// A file that is full is closed and the next one begun; when all of them
-/// together would grow beyond their bound, the oldest are removed. Nothing but
-/// files of this name is ever touched.
+/// together would grow beyond their bound, the oldest are removed. Only files of exactly
+/// this name whose first line says that mlrd wrote them count and are ever removed.
 pub struct Recorder {
     dir: PathBuf,
     file_bytes: u64,
@@ -39,6 +39,14 @@ pub enum RecordingNotice {
 
 const PREFIX: &str = "walk-";
 const SUFFIX: &str = ".csv";
+/// The first line of a recording, around the version that wrote it. Whoever reads logs
+/// skips it.
+const MARK: (&str, &str) = (
+    "# mlrd ",
+    ": recorded in the body's axes (mounting applied)",
+);
+/// The first line is no longer than this, whatever the version.
+const MARK_BYTES: u64 = 200;
 
 impl Recorder {
     /// A recorder with these bounds; `None` when there is nowhere to record to.
@@ -96,15 +104,16 @@ impl Recorder {
     fn begin(&self, now: SystemTime, notices: &mut Vec<RecordingNotice>) -> io::Result<Recording> {
         fs::create_dir_all(&self.dir)?;
         self.make_room(notices)?;
-        // Names sort by time; a colon is no good in file names elsewhere.
-        let time = humantime::format_rfc3339_millis(now)
-            .to_string()
-            .replace(':', "");
-        let path = self.dir.join(format!("{PREFIX}{time}{SUFFIX}"));
+        let path = self.dir.join(file_name(now));
         let file = File::create_new(&path)?;
         notices.push(RecordingNotice::Begun(path.clone()));
+        let mut text = Counted::new(BufWriter::new(file));
+        let (before, after) = MARK;
+        writeln!(text, "{before}{}{after}", env!("CARGO_PKG_VERSION"))?;
+        // A recording that power cuts short must be known as one.
+        text.flush()?;
         Ok(Recording {
-            log: LogStream::new(Counted::new(BufWriter::new(file))),
+            log: LogStream::new(text),
             path,
         })
     }
@@ -114,11 +123,8 @@ impl Recorder {
         let mut recordings = Vec::new();
         for entry in fs::read_dir(&self.dir)? {
             let entry = entry?;
-            let name = entry.file_name();
-            let ours = name
-                .to_str()
-                .is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
-            if ours && entry.file_type()?.is_file() {
+            let named = entry.file_name().to_str().is_some_and(is_file_name);
+            if named && entry.file_type()?.is_file() && is_marked(&entry.path()) {
                 recordings.push((entry.path(), entry.metadata()?.len()));
             }
         }
@@ -134,6 +140,44 @@ impl Recorder {
         }
         Ok(())
     }
+}
+
+/// The name of a recording that begins at this time. Names sort by time; a colon is no good
+/// in file names elsewhere.
+fn file_name(time: SystemTime) -> String {
+    let time = humantime::format_rfc3339_millis(time).to_string();
+    format!("{PREFIX}{}{SUFFIX}", time.replace(':', ""))
+}
+
+/// Whether this is the name of a recording, to the letter.
+fn is_file_name(name: &str) -> bool {
+    let time = name
+        .strip_prefix(PREFIX)
+        .and_then(|rest| rest.strip_suffix(SUFFIX))
+        .and_then(|time| {
+            let (date, clock) = time.split_once('T')?;
+            let (hours, rest) = clock.split_at_checked(2)?;
+            let (minutes, seconds) = rest.split_at_checked(2)?;
+            humantime::parse_rfc3339(&format!("{date}T{hours}:{minutes}:{seconds}")).ok()
+        });
+    time.is_some_and(|time| file_name(time) == name)
+}
+
+/// Whether the first line says that mlrd wrote the file. One that cannot be read is
+/// somebody else's.
+fn is_marked(path: &Path) -> bool {
+    let first_line = || -> io::Result<String> {
+        let mut line = String::new();
+        BufReader::new(File::open(path)?.take(MARK_BYTES)).read_line(&mut line)?;
+        Ok(line)
+    };
+    let (before, after) = MARK;
+    first_line().is_ok_and(|line| {
+        line.starts_with(before)
+            && line
+                .strip_suffix('\n')
+                .is_some_and(|line| line.ends_with(after))
+    })
 }
 
 /// Counts the bytes on their way.
@@ -224,6 +268,68 @@ mod tests {
         assert!((20_000..35_200).contains(&kept), "{kept}");
         assert!(!removed.is_empty() && !removed.contains(&precious));
         assert_eq!(fs::read(&precious).unwrap().len(), 50_000);
+    }
+
+    #[test]
+    fn files_that_somebody_else_put_there_are_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let time = |millis| SystemTime::UNIX_EPOCH + Duration::from_millis(millis);
+        // Old and large: they would be the first to go.
+        let marked = format!(
+            "# mlrd 0.0.9: recorded in the body's axes (mounting applied)\n{}",
+            "x".repeat(50_000)
+        );
+        let unmarked = "y".repeat(50_000);
+        let theirs = [
+            ("walk-mine.csv".to_string(), &marked),
+            ("walk-1970-01-01T000000Z.csv".to_string(), &marked),
+            ("walk-1970-01-01T000000.000Z.csv.csv".to_string(), &marked),
+            (file_name(time(0)), &unmarked),
+            ("mine.csv".to_string(), &unmarked),
+        ];
+        for (name, text) in &theirs {
+            fs::write(at(name), text).unwrap();
+        }
+        let ours = at(&file_name(time(1)));
+        fs::write(&ours, &marked).unwrap();
+        fs::create_dir(at(&file_name(time(2)))).unwrap();
+
+        let mut recorder = recorder(folder.path(), 0.01, 0.02);
+        let mut removed = Vec::new();
+        for i in 0..1000_u32 {
+            let notices = recorder.record(time(1000 + u64::from(i)), &reading(f64::from(i)));
+            for notice in notices.unwrap() {
+                if let RecordingNotice::Removed(path) = notice {
+                    removed.push(path);
+                }
+            }
+        }
+        assert_eq!(removed[0], ours);
+        assert!(removed.len() > 1, "full recordings go as well");
+        for (name, text) in &theirs {
+            assert_eq!(&fs::read_to_string(at(name)).unwrap(), *text, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_recording_says_what_wrote_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut recorder = recorder(folder.path(), 1.0, 2.0);
+        recorder
+            .record(SystemTime::UNIX_EPOCH, &reading(0.0))
+            .unwrap();
+        let path = recorder.path().unwrap().to_path_buf();
+        assert!(path.ends_with("walk-1970-01-01T000000.000Z.csv"));
+        assert!(is_file_name(path.file_name().unwrap().to_str().unwrap()));
+        assert!(is_marked(&path), "before the first flush, too");
+        recorder.flush().unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        let expected = format!(
+            "# mlrd {}: recorded in the body's axes (mounting applied)",
+            env!("CARGO_PKG_VERSION")
+        );
+        assert_eq!(text.lines().next(), Some(&*expected));
     }
 
     #[test]

@@ -10,6 +10,8 @@ use nalgebra::Vector3;
 use crate::{
     FramingName, Settings,
     line_health::{LineFault, LineHealth},
+    sample_rate::SampleRate,
+    sensor_fault::{FaultChange, FaultWatch, Moment, SensorFault},
     spike_filter::SpikeFilter,
 };
 
@@ -32,7 +34,19 @@ pub struct Reading {
     pub sample: ImuSample,
 }
 
-/// Decodes, stamps and, where the device does not, fuses.
+/// What bytes from the sensor amount to, in the order in which it came.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Heard {
+    /// A reading. Between the beginning and the end of a fault it says nothing about the
+    /// robot.
+    Reading(Reading),
+    /// The bytes make no sense.
+    LineFault(LineFault),
+    /// They do, and what they say does not, or does again.
+    Fault(FaultChange),
+}
+
+/// Decodes, stamps, checks and, where the device does not, fuses.
 pub struct Sensor {
     framing: FramingName,
     settings: Settings,
@@ -42,7 +56,9 @@ pub struct Sensor {
     health: LineHealth,
     clock: SampleClock,
     lost_before: u64,
+    rate: SampleRate,
     mounting: Mounting,
+    faults: FaultWatch,
     orientation: Orientation,
     spikes: SpikeFilter,
     bias: Bias,
@@ -54,8 +70,15 @@ pub struct Sensor {
 struct Bias {
     /// From an earlier run.
     remembered_radps: Option<Vector3<f64>>,
-    /// From this run, with the sensor at rest.
-    found_radps: Option<Vector3<f64>>,
+    /// From this run, with the sensor at rest, and when.
+    found: Option<(f64, Vector3<f64>)>,
+}
+
+impl Bias {
+    fn best_radps(&self) -> Vector3<f64> {
+        let found_radps = self.found.map(|(_, bias_radps)| bias_radps);
+        found_radps.or(self.remembered_radps).unwrap_or_default()
+    }
 }
 
 /// Orientation so far. The gyroscope's bias is taken while the robot stands,
@@ -73,6 +96,16 @@ enum Orientation {
     },
     /// The device's own.
     Given { last_yaw_rad: f64 },
+}
+
+impl Orientation {
+    /// Nothing is known.
+    fn unknown() -> Self {
+        Self::Calibrating {
+            rates_radps: Vec::new(),
+            begin_s: 0.0,
+        }
+    }
 }
 
 /// Step that fusion expects; each sample is taken with its own.
@@ -93,15 +126,14 @@ impl Sensor {
             health: LineHealth::new(framing, settings.full_scale),
             clock: SampleClock::default(),
             lost_before: 0,
+            rate: SampleRate::default(),
             mounting: settings.mounting,
-            orientation: Orientation::Calibrating {
-                rates_radps: Vec::new(),
-                begin_s: 0.0,
-            },
+            faults: FaultWatch::new(settings.full_scale, settings.mounting),
+            orientation: Orientation::unknown(),
             spikes: SpikeFilter::default(),
             bias: Bias {
                 remembered_radps: bias_radps,
-                found_radps: None,
+                found: None,
             },
             samples: Vec::new(),
         }
@@ -118,19 +150,27 @@ impl Sensor {
         }
     }
 
-    /// Bias of the gyroscope, if the sensor was seen at rest.
+    /// Bias of the gyroscope, if the sensor was seen at rest and is in order.
     pub fn gyroscope_bias_radps(&self) -> Option<Vector3<f64>> {
-        self.bias.found_radps
+        let found_radps = self.bias.found.map(|(_, bias_radps)| bias_radps);
+        found_radps.filter(|_| self.fault().is_none())
     }
 
-    /// Takes bytes that arrived at `arrival_s`; appends what they complete. Tells
-    /// when they make no sense.
-    pub fn take(
-        &mut self,
-        arrival_s: f64,
-        bytes: &[u8],
-        readings: &mut Vec<Reading>,
-    ) -> Option<LineFault> {
+    /// What is wrong with the sensor now.
+    pub fn fault(&self) -> Option<&SensorFault> {
+        self.faults.current()
+    }
+
+    /// Samples per second since this was last asked, by the samples' own time; `None` where
+    /// none came.
+    pub fn take_rate_hz(&mut self) -> Option<f64> {
+        self.rate.take_hz()
+    }
+
+    /// Takes bytes that arrived at `arrival_s`, from a robot that should be `walking` or
+    /// not; returns what they amount to.
+    pub fn take(&mut self, arrival_s: f64, bytes: &[u8], walking: bool) -> Vec<Heard> {
+        let mut heard = Vec::new();
         let good_before = self.decoder.counts().good;
         let mut samples = std::mem::take(&mut self.samples);
         for &byte in bytes {
@@ -140,19 +180,70 @@ impl Sensor {
                 let missing = lost - self.lost_before;
                 self.lost_before = lost;
                 let time_s = self.clock.stamp(arrival_s, sample.device_time_us, missing);
-                let sample = self.mounting.in_body_axes(&sample);
-                let attitude = self.attitude(time_s, &sample);
-                let reading = attitude.map(|attitude| Reading { attitude, sample });
-                readings.extend(reading.and_then(|reading| self.spikes.push(reading)));
+                let moment = Moment { time_s, arrival_s };
+                self.take_sample(moment, &sample, walking, &mut heard);
             }
         }
         self.samples = samples;
         let good = self.decoder.counts().good - good_before;
-        let fault = self.health.hear(arrival_s, bytes, good);
-        if fault.is_some() && self.framing == FramingName::Auto {
-            self.recognise_anew();
+        if let Some(fault) = self.health.hear(arrival_s, bytes, good) {
+            heard.push(Heard::LineFault(fault));
+            if self.framing == FramingName::Auto {
+                self.recognise_anew();
+            }
         }
-        fault
+        heard
+    }
+
+    fn take_sample(
+        &mut self,
+        moment: Moment,
+        sample: &ImuSample,
+        walking: bool,
+        heard: &mut Vec<Heard>,
+    ) {
+        let time_s = moment.time_s;
+        self.rate.count(time_s);
+        let in_body_axes = self.mounting.in_body_axes(sample);
+        let change = self.faults.take(moment, sample, &in_body_axes, walking);
+        if let Some(change) = change {
+            match &change {
+                FaultChange::Began(fault) => self.doubt_bias(fault.since_s),
+                FaultChange::Over { .. } => {
+                    heard.extend(self.spikes.flush().map(Heard::Reading));
+                    self.orient_anew(time_s);
+                }
+            }
+            heard.push(Heard::Fault(change));
+        }
+        let attitude = self.attitude(time_s, &in_body_axes);
+        let reading = attitude.map(|attitude| Reading {
+            attitude,
+            sample: in_body_axes,
+        });
+        let passed = reading.and_then(|reading| self.spikes.push(reading));
+        heard.extend(passed.map(Heard::Reading));
+    }
+
+    /// What a faulty sensor shows at rest is not its bias.
+    fn doubt_bias(&mut self, since_s: f64) {
+        self.bias.found = self.bias.found.filter(|(time_s, _)| *time_s <= since_s);
+    }
+
+    /// Whatever was fused of faulty samples is forgotten, except for yaw.
+    fn orient_anew(&mut self, time_s: f64) {
+        match self.orientation {
+            Orientation::Fused { last_yaw_rad, .. } if self.bias.found.is_some() => {
+                let yaw_rad = if last_yaw_rad.is_finite() {
+                    last_yaw_rad
+                } else {
+                    0.0
+                };
+                self.orientation = self.fusion_from(time_s, yaw_rad);
+            }
+            Orientation::Given { .. } => {}
+            _ => self.orientation = Orientation::unknown(),
+        }
     }
 
     /// The port was opened: nothing has been waiting on the way.
@@ -189,7 +280,10 @@ impl Sensor {
                 }
                 rates_radps.push(rate);
                 if time_s - *begin_s >= CALIBRATION_S {
-                    self.bias.found_radps = mlr_imu::rest_bias_radps(rates_radps);
+                    if self.faults.current().is_none() {
+                        let bias_radps = mlr_imu::rest_bias_radps(rates_radps);
+                        self.bias.found = bias_radps.map(|bias_radps| (time_s, bias_radps));
+                    }
                     self.orientation = self.fusion_from(time_s, 0.0);
                 }
                 None
@@ -221,9 +315,8 @@ impl Sensor {
 
     /// Fusion that begins now, with yaw where it was last seen.
     fn fusion_from(&self, now_s: f64, yaw_rad: f64) -> Orientation {
-        let bias = self.bias.found_radps.or(self.bias.remembered_radps);
         Orientation::Fused {
-            fusion: Box::new(Fusion::new(NOMINAL_STEP_S, bias.unwrap_or_default())),
+            fusion: Box::new(Fusion::new(NOMINAL_STEP_S, self.bias.best_radps())),
             last_s: now_s,
             yaw_offset_rad: yaw_rad,
             last_yaw_rad: yaw_rad,
@@ -247,41 +340,68 @@ mod tests {
 
     use super::*;
 
-    /// A sensor at rest, tilted by `roll_rad`, whose gyroscope shows 65 counts
+    /// A sensor at rest, tilted by `roll_rad`, whose gyroscope shows 65 or 66 counts
     /// (half a degree per second) about z.
     fn resting(index: u32, roll_rad: f64) -> Vec<u8> {
+        resting_with(index, roll_rad, (index % 2) as i16)
+    }
+
+    fn resting_with(index: u32, roll_rad: f64, noise_counts: i16) -> Vec<u8> {
         let up = [0.0, roll_rad.sin(), roll_rad.cos()];
         let mut burst = [0; 14];
         for axis in 0..3 {
             let counts = (up[axis] * 16384.0).round() as i16;
             burst[2 * axis..][..2].copy_from_slice(&counts.to_be_bytes());
         }
-        burst[12..].copy_from_slice(&65_i16.to_be_bytes());
+        burst[..2].copy_from_slice(&noise_counts.to_be_bytes());
+        burst[12..].copy_from_slice(&(65 + noise_counts).to_be_bytes());
         encode_mlr(&MlrPayload::RegisterBurst(burst), index as u8, index * 1000)
     }
 
-    #[test]
-    fn a_sensor_at_rest_shows_its_tilt_and_its_bias() {
-        let mut sensor = Sensor::new(&Settings::default(), None);
-        let mut readings = Vec::new();
-        for i in 0..3000 {
-            sensor.take(f64::from(i) * 1e-3, &resting(i, 0.1), &mut readings);
+    /// Readings of what is sent, and everything else that was heard.
+    fn hear(
+        sensor: &mut Sensor,
+        frames: impl IntoIterator<Item = (f64, Vec<u8>)>,
+    ) -> (Vec<Reading>, Vec<Heard>) {
+        let (mut readings, mut others) = (Vec::new(), Vec::new());
+        for (arrival_s, frame) in frames {
+            for heard in sensor.take(arrival_s, &frame, false) {
+                match heard {
+                    Heard::Reading(reading) => readings.push(reading),
+                    other => others.push(other),
+                }
+            }
         }
+        (readings, others)
+    }
+
+    fn at_1_khz(index: u32, roll_rad: f64) -> (f64, Vec<u8>) {
+        (f64::from(index) * 1e-3, resting(index, roll_rad))
+    }
+
+    #[test]
+    fn a_sensor_at_rest_shows_its_tilt_its_bias_and_its_rate() {
+        let mut sensor = Sensor::new(&Settings::default(), None);
+        let (readings, others) = hear(&mut sensor, (0..3000).map(|i| at_1_khz(i, 0.1)));
+        assert_eq!(others, []);
         let last = readings.last().unwrap().attitude;
         assert!((last.angles_rad.roll - 0.1).abs() < 0.002, "{last:?}");
         assert!(last.angles_rad.yaw.abs() < 0.001, "{last:?}");
         let bias = sensor.gyroscope_bias_radps().unwrap().z.to_degrees();
-        assert!((bias - 65.0 / 131.0).abs() < 1e-9, "{bias}");
+        assert!((bias - 65.5 / 131.0).abs() < 0.1 / 131.0, "{bias}");
+        let rate_hz = sensor.take_rate_hz().unwrap();
+        assert!((rate_hz - 1000.0).abs() < 1.0, "{rate_hz}");
+        assert_eq!(sensor.take_rate_hz(), None);
     }
 
     #[test]
     fn a_pause_begins_fusion_anew_and_keeps_yaw() {
         let mut sensor = Sensor::new(&Settings::default(), Some(Vector3::zeros()));
-        let mut readings = Vec::new();
-        for i in (0..2000).chain(9000..9100) {
+        let frames = (0..2000).chain(9000..9100).map(|i| {
             let roll_rad = if i < 2000 { 0.0 } else { 0.3 };
-            sensor.take(f64::from(i) * 1e-3, &resting(i, roll_rad), &mut readings);
-        }
+            at_1_khz(i, roll_rad)
+        });
+        let (readings, _) = hear(&mut sensor, frames);
         let after = readings
             .iter()
             .find(|reading| reading.attitude.time_s > 8.5)
@@ -295,18 +415,38 @@ mod tests {
     #[test]
     fn another_module_is_understood_when_the_framing_is_open() {
         let mut sensor = Sensor::new(&Settings::default(), None);
-        let mut readings = Vec::new();
-        for i in 0..100 {
-            sensor.take(f64::from(i) * 1e-3, &resting(i, 0.0), &mut readings);
-        }
-        let fused = readings.len();
-        let mut faults = Vec::new();
-        for i in 0..1000_u32 {
+        let (fused, _) = hear(&mut sensor, (0..100).map(|i| at_1_khz(i, 0.0)));
+        let teapots = (0..1000_u32).map(|i| {
             let frame = encode_teapot(&UnitQuaternion::identity(), i as u8);
-            faults.extend(sensor.take(1.0 + f64::from(i) * 0.01, &frame, &mut readings));
-        }
-        assert_eq!(faults.len(), 1);
-        assert!(readings.len() > fused + 700, "{}", readings.len());
+            (1.0 + f64::from(i) * 0.01, frame.to_vec())
+        });
+        let (readings, others) = hear(&mut sensor, teapots);
+        assert!(matches!(others[..], [Heard::LineFault(_)]), "{others:?}");
+        assert!(readings.len() > fused.len() + 700, "{}", readings.len());
         assert!(sensor.counts().good > 800);
+    }
+
+    #[test]
+    fn what_a_frozen_sensor_shows_is_recorded_and_its_bias_is_not_believed() {
+        let mut sensor = Sensor::new(&Settings::default(), None);
+        let frozen = |i| (f64::from(i) * 1e-3, resting_with(i, 0.0, 1));
+        let (readings, others) = hear(&mut sensor, (0..3000).map(frozen));
+        let [Heard::Fault(FaultChange::Began(fault))] = others.as_slice() else {
+            panic!("{others:?}");
+        };
+        assert_eq!((fault.name, sensor.fault()), ("frozen", Some(fault)));
+        assert!(readings.len() > 2400, "{}", readings.len());
+        assert_eq!(sensor.gyroscope_bias_radps(), None);
+
+        let (readings, others) = hear(&mut sensor, (3000..6000).map(|i| at_1_khz(i, 0.2)));
+        assert!(
+            matches!(others[..], [Heard::Fault(FaultChange::Over { .. })]),
+            "{others:?}"
+        );
+        assert_eq!(sensor.fault(), None);
+        let bias = sensor.gyroscope_bias_radps().unwrap().z.to_degrees();
+        assert!((bias - 65.5 / 131.0).abs() < 0.1 / 131.0, "{bias}");
+        let last = readings.last().unwrap().attitude;
+        assert!((last.angles_rad.roll - 0.2).abs() < 0.002, "{last:?}");
     }
 }

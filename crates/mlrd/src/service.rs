@@ -1,7 +1,7 @@
 //! Puts source, sensor, monitor and identification together.
 
 use std::{
-    io::{self, Write},
+    io,
     process::ExitCode,
     sync::{
         Arc,
@@ -15,18 +15,20 @@ use std::{
 use anyhow::Context;
 use mlr_ga::ExplainError;
 use nalgebra::Vector3;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::{
     Options, Settings,
-    event::{self, Kind},
+    event::{Kind, Status},
     explainer::{Explained, Explainer},
     monitor::{Action, Monitor},
+    output::{Events, Messages},
     recorder::{Recorder, RecordingNotice},
     robot_model::RobotModel,
     saved_state::{KnownMorphology, SavedState, StateFile},
-    sensor::Sensor,
+    sensor::{Attitude, Heard, Reading, Sensor},
     sensor_correction,
+    sensor_fault::FaultChange,
     source::{self, Pulse, Source, SourceMessage},
     supervisor::{Progress, Supervisor},
     worker::{Answer, Worker},
@@ -34,42 +36,50 @@ use crate::{
 
 /// How long the daemon waits for bytes before it looks at anything else.
 const TICK: Duration = Duration::from_millis(100);
+/// How long bytes that have arrived are still taken when the daemon ends. With what the
+/// outputs get after that, it ends within a second.
+const LAST_BYTES: Duration = Duration::from_millis(250);
+/// How long each output may take to write what is left then.
+const LAST_LINES: Duration = Duration::from_millis(250);
+/// Pieces of bytes on their way from the port, a few milliseconds each: four seconds, in
+/// which the state file or a slow card may keep the daemon. Each is 4 kB at most.
+const PIECES: usize = 1024;
 /// Change of the gyroscope's bias that is worth writing down.
 const BIAS_CHANGE_RADPS: f64 = 0.002;
 
-/// Runs until SIGTERM or SIGINT.
+/// Runs until SIGTERM, SIGINT or SIGHUP.
 pub fn run(options: &Options) -> ExitCode {
-    let served = options
+    let Ok(messages) = Messages::to_stderr() else {
+        return ExitCode::FAILURE;
+    };
+    let started = options
         .settings()
-        .and_then(|settings| Service::start(&settings))
-        .and_then(Service::serve);
-    match served {
-        Ok(()) => ExitCode::SUCCESS,
-        // Whoever listened has gone: the end of the daemon, not a fault.
-        Err(error)
-            if error
-                .downcast_ref::<io::Error>()
-                .is_some_and(|cause| cause.kind() == io::ErrorKind::BrokenPipe) =>
-        {
-            ExitCode::SUCCESS
-        }
+        .and_then(|settings| Service::start(&settings, messages.clone()));
+    let status = match started {
+        Ok(service) => service.serve(),
         Err(error) => {
-            let _ = writeln!(io::stderr().lock(), "mlrd: {error:#}");
+            messages.say(&format!("{error:#}"));
             ExitCode::from(2)
         }
-    }
+    };
+    messages.finish(LAST_LINES);
+    status
 }
 
 struct Service {
+    events: Events,
+    messages: Messages,
     source_name: String,
     stop: Arc<AtomicBool>,
-    messages: Receiver<SourceMessage>,
+    pieces: Receiver<SourceMessage>,
     pulse: Pulse,
     answers: Receiver<Answer>,
     worker: Arc<Worker>,
     explanations: Receiver<Explained>,
     explainer: Option<Explainer>,
     sensor: Sensor,
+    /// The sensor has a fault: what it says is recorded and not watched.
+    faulty: bool,
     monitor: Monitor,
     recorder: Option<Recorder>,
     state_file: Option<StateFile>,
@@ -79,12 +89,11 @@ struct Service {
     begin: Instant,
     last_heard: Instant,
     processed: u64,
-    /// Time of the last sample.
-    now_s: f64,
+    last_attitude: Option<Attitude>,
 }
 
 impl Service {
-    fn start(settings: &Settings) -> anyhow::Result<Self> {
+    fn start(settings: &Settings, messages: Messages) -> anyhow::Result<Self> {
         let source = settings.source()?;
         let known = Arc::new(RobotModel::new(settings, source.to_string())?);
         let (send_answer, answers) = mpsc::channel();
@@ -92,7 +101,10 @@ impl Service {
         let (send_explained, explanations) = mpsc::channel();
         let explainer = settings
             .explain
-            .then(|| Explainer::new(known, settings.tracing.clone(), send_explained))
+            .then(|| {
+                let tracing = settings.tracing.clone();
+                Explainer::new(known, tracing, messages.clone(), send_explained)
+            })
             .transpose()?;
         let identification = &settings.identification;
         let monitor = Monitor::new(
@@ -110,26 +122,29 @@ impl Service {
             None => (SavedState::default(), None),
         };
         if let Some(notice) = notice {
-            let _ = writeln!(io::stderr().lock(), "mlrd: {notice}");
+            messages.say(&notice);
         }
         let stop = Arc::new(AtomicBool::new(false));
-        for signal in [SIGTERM, SIGINT] {
+        for signal in [SIGTERM, SIGINT, SIGHUP] {
             signal_hook::flag::register(signal, Arc::clone(&stop)).context("signals")?;
         }
         let source_name = source.to_string();
         let pulse = Pulse::default();
-        let messages = read_in_a_thread(source, &stop, &pulse)?;
+        let pieces = read_in_a_thread(source, &stop, &pulse)?;
         Ok(Self {
+            events: Events::to_stdout(messages.clone()).context("stdout")?,
             source_name,
             sensor: Sensor::new(settings, state.gyroscope_bias_radps.map(Vector3::from)),
+            faulty: false,
             monitor,
             recorder: Recorder::new(&settings.record),
             state_file,
             state,
-            supervisor: Supervisor::ready(),
+            supervisor: Supervisor::ready(messages.clone()),
+            messages,
             status_every: Duration::from_secs_f64(settings.status_every_s),
             stop,
-            messages,
+            pieces,
             pulse,
             answers,
             worker: Arc::new(worker),
@@ -138,30 +153,37 @@ impl Service {
             begin: Instant::now(),
             last_heard: Instant::now(),
             processed: 0,
-            now_s: 0.0,
+            last_attitude: None,
         })
     }
 
-    fn serve(mut self) -> anyhow::Result<()> {
-        self.tell(&Kind::Started {
+    fn serve(mut self) -> ExitCode {
+        self.tell(Kind::Started {
             port: self.source_name.clone(),
             last_known: self.state.last_known.clone(),
-        })?;
+        });
+        let mut status = ExitCode::SUCCESS;
         let mut last_status = Instant::now();
         while !self.stop.load(Ordering::Relaxed) {
-            let idle = match self.messages.recv_timeout(TICK) {
+            let idle = match self.pieces.recv_timeout(TICK) {
                 Ok(message) => {
-                    self.hear(message)?;
+                    self.hear(message);
                     false
                 }
                 Err(RecvTimeoutError::Timeout) => true,
-                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Disconnected) => {
+                    if !self.stop.load(Ordering::Relaxed) {
+                        self.messages.say("the thread that reads the port has died");
+                        status = ExitCode::FAILURE;
+                    }
+                    break;
+                }
             };
             while let Ok(answer) = self.answers.try_recv() {
-                self.answered(answer)?;
+                self.answered(answer);
             }
             while let Ok(explained) = self.explanations.try_recv() {
-                self.explained(explained)?;
+                self.explained(explained);
             }
             self.supervisor.feed(Progress {
                 processed: self.processed,
@@ -170,187 +192,250 @@ impl Service {
             });
             if last_status.elapsed() >= self.status_every {
                 last_status = Instant::now();
-                self.report_status()?;
+                self.report_status();
             }
         }
-        self.supervisor.stopping();
-        if let Some(recorder) = &mut self.recorder
-            && let Err(error) = recorder.flush()
-        {
-            self.warn(&format!("recording: {error}"))?;
-        }
-        self.tell(&Kind::Stopped)
+        self.end();
+        status
     }
 
-    fn hear(&mut self, message: SourceMessage) -> anyhow::Result<()> {
+    fn end(&mut self) {
+        self.supervisor.stopping();
+        let end = Instant::now() + LAST_BYTES;
+        while let Ok(message) = self
+            .pieces
+            .recv_timeout(end.saturating_duration_since(Instant::now()))
+        {
+            self.hear(message);
+        }
+        self.flush_recording();
+        self.tell(Kind::Stopped);
+        self.events.finish(LAST_LINES);
+    }
+
+    fn hear(&mut self, message: SourceMessage) {
         match message {
             SourceMessage::Opened => {
                 self.sensor.reconnected();
                 let port = self.source_name.clone();
-                self.tell(&Kind::PortOpened { port })
+                self.tell(Kind::PortOpened { port });
             }
-            SourceMessage::Lost(reason) => self.tell(&Kind::PortLost { reason }),
+            SourceMessage::Lost(reason) => self.tell(Kind::PortLost { reason }),
             SourceMessage::Bytes(arrived, bytes) => self.take(arrived, &bytes),
         }
     }
 
-    fn take(&mut self, arrived: Instant, bytes: &[u8]) -> anyhow::Result<()> {
+    fn take(&mut self, arrived: Instant, bytes: &[u8]) {
         self.processed += 1;
         let arrival_s = arrived.duration_since(self.begin).as_secs_f64();
-        let mut readings = Vec::new();
-        if let Some(fault) = self.sensor.take(arrival_s, bytes, &mut readings) {
-            let reason = fault.to_string();
-            self.tell(&Kind::LineFault { reason })?;
-        }
-        if !readings.is_empty() {
-            self.last_heard = arrived;
-        }
-        for reading in readings {
-            self.now_s = reading.attitude.time_s;
-            if let Some(recorder) = &mut self.recorder {
-                match recorder.record(SystemTime::now(), &reading) {
-                    Ok(notices) => self.tell_of_recordings(notices)?,
-                    Err(error) => {
-                        self.recorder = None;
-                        self.warn(&format!("recording ends: {error}"))?;
-                    }
+        let walking = self.monitor.expects_motion();
+        for heard in self.sensor.take(arrival_s, bytes, walking) {
+            match heard {
+                Heard::Reading(reading) => {
+                    self.last_heard = arrived;
+                    self.read(&reading);
                 }
-            }
-            for action in self.monitor.take(reading.attitude) {
-                self.act(action)?;
+                Heard::LineFault(fault) => {
+                    let reason = fault.to_string();
+                    self.tell(Kind::LineFault { reason });
+                }
+                Heard::Fault(change) => self.judge_sensor(change),
             }
         }
-        Ok(())
     }
 
-    fn act(&mut self, action: Action) -> anyhow::Result<()> {
+    fn read(&mut self, reading: &Reading) {
+        self.last_attitude = Some(reading.attitude);
+        if let Some(recorder) = &mut self.recorder {
+            match recorder.record(SystemTime::now(), reading) {
+                Ok(notices) => self.tell_of_recordings(notices),
+                Err(error) => self.end_recording(&error),
+            }
+        }
+        if self.faulty {
+            return;
+        }
+        for action in self.monitor.take(reading.attitude) {
+            self.act(action);
+        }
+    }
+
+    fn judge_sensor(&mut self, change: FaultChange) {
+        match change {
+            FaultChange::Began(fault) => {
+                self.faulty = true;
+                self.monitor.sensor_failed(fault.since_s);
+                self.messages.say(&format!("sensor: {}", fault.reason));
+                self.tell(Kind::SensorFault {
+                    fault: fault.name,
+                    reason: fault.reason,
+                    since_s: fault.since_s,
+                });
+            }
+            FaultChange::Over { name, lasted_s } => {
+                self.faulty = false;
+                self.tell(Kind::SensorRecovered {
+                    fault: name,
+                    lasted_s,
+                });
+            }
+        }
+    }
+
+    fn act(&mut self, action: Action) {
         let sensing = self.state.sensing.unwrap_or_default();
         match action {
-            Action::Report(kind) => self.tell(&kind),
+            Action::Report(kind) => self.tell(kind),
             Action::Identify(request) => {
-                Worker::identify(&self.worker, request, sensing);
-                Ok(())
-            }
-            Action::Explain(request) => match &self.explainer {
-                Some(explainer) if !explainer.explain(request, sensing) => {
-                    self.explainer = None;
-                    self.warn("explanations end: the thread that makes them has died")
+                let number = request.number;
+                if let Err(error) = Worker::identify(&self.worker, request, sensing) {
+                    let report = Err(error.into());
+                    self.answered(Answer { number, report });
                 }
-                _ => Ok(()),
-            },
+            }
+            Action::Explain(request) => {
+                if let Some(explainer) = &self.explainer
+                    && !explainer.explain(request, sensing)
+                {
+                    self.explainer = None;
+                    self.warn("explanations end: the thread that makes them has died");
+                }
+            }
         }
     }
 
-    fn answered(&mut self, answer: Answer) -> anyhow::Result<()> {
-        match answer {
-            Ok(report) => {
+    fn answered(&mut self, answer: Answer) {
+        let Answer { number, report } = answer;
+        match report {
+            Ok(report) if self.monitor.is_sound(number) => {
                 let known = KnownMorphology::new(SystemTime::now(), &report.identification);
                 self.state.last_known = Some(known);
-                self.save()?;
+                self.save();
                 let result = Box::new(report);
-                self.tell(&Kind::Identified { result })?;
-                self.monitor
-                    .identified()
-                    .map_or(Ok(()), |next| self.act(next))
+                self.tell(Kind::Identified { result });
+                if let Some(next) = self.monitor.identified(number) {
+                    self.act(next);
+                }
             }
-            Err(error) => {
-                self.monitor.unidentified();
-                let reason = error.to_string();
-                self.tell(&Kind::Unidentified { reason })
+            report => {
+                self.monitor.unidentified(number);
+                let reason = match report {
+                    Ok(_) => "the sensor had a fault during this walk".to_string(),
+                    Err(error) => error.to_string(),
+                };
+                self.tell(Kind::Unidentified { reason });
             }
         }
     }
 
-    fn explained(&mut self, explained: Explained) -> anyhow::Result<()> {
-        let Explained { report, corrected } = explained;
+    fn explained(&mut self, explained: Explained) {
+        let Explained {
+            number,
+            report,
+            corrected,
+        } = explained;
         let report = match report {
+            _ if !self.monitor.is_sound(number) => {
+                return self.warn("explanation: the sensor had a fault during this walk");
+            }
             Ok(report) => report,
             // Of the start that the monitor saw, the recording shows too little.
-            Err(ExplainError::NoStart) => return Ok(()),
+            Err(ExplainError::NoStart) => return,
             Err(error) => return self.warn(&format!("explanation: {error}")),
         };
         let better = sensor_correction::known_better(corrected, &report.explanation);
         let result = Box::new(report);
-        self.tell(&Kind::Explained { result })?;
+        self.tell(Kind::Explained { result });
         let Some(sensing) = better else {
-            return Ok(());
+            return;
         };
         self.state.sensing = Some(sensing);
-        self.save()?;
-        let _ = writeln!(
-            io::stderr().lock(),
-            "mlrd: sensor corrected from now on: {}",
+        self.save();
+        self.messages.say(&format!(
+            "sensor corrected from now on: {}",
             sensor_correction::in_words(&sensing)
-        );
-        self.tell(&Kind::SensorCorrected { sensing })
+        ));
+        self.tell(Kind::SensorCorrected { sensing });
     }
 
-    fn report_status(&mut self) -> anyhow::Result<()> {
+    fn report_status(&mut self) {
         let counts = self.sensor.counts();
         let state = self.monitor.state();
-        let silent_s = self.last_heard.elapsed().as_secs_f64();
+        let fault = self.sensor.fault().map(|fault| fault.name);
         self.supervisor.status(&format!(
-            "{state}; {} frames, {} bad, {} lost",
-            counts.good, counts.bad, counts.lost
+            "{}; {} frames, {} bad, {} lost",
+            fault.unwrap_or(state),
+            counts.good,
+            counts.bad,
+            counts.lost
         ));
-        if let Some(recorder) = &mut self.recorder
-            && let Err(error) = recorder.flush()
-        {
-            self.recorder = None;
-            self.warn(&format!("recording ends: {error}"))?;
-        }
-        self.keep_bias()?;
-        self.tell(&Kind::Status {
+        self.flush_recording();
+        self.keep_bias();
+        let rate_hz = self.sensor.take_rate_hz();
+        let angles = self.last_attitude.map(|attitude| attitude.angles_rad);
+        self.tell(Kind::Status(Box::new(Status {
             good: counts.good,
             bad: counts.bad,
             lost: counts.lost,
             state,
-            silent_s,
-        })
+            fault,
+            silent_s: self.last_heard.elapsed().as_secs_f64(),
+            rate_hz,
+            roll_deg: angles.map(|angles| angles.roll.to_degrees()),
+            pitch_deg: angles.map(|angles| angles.pitch.to_degrees()),
+            dropped_status: 0,
+            dropped_events: 0,
+        })));
     }
 
-    fn keep_bias(&mut self) -> anyhow::Result<()> {
+    fn flush_recording(&mut self) {
+        if let Some(Err(error)) = self.recorder.as_mut().map(Recorder::flush) {
+            self.end_recording(&error);
+        }
+    }
+
+    fn end_recording(&mut self, error: &io::Error) {
+        self.recorder = None;
+        self.warn(&format!("recording ends: {error}"));
+    }
+
+    fn keep_bias(&mut self) {
         let Some(bias) = self.sensor.gyroscope_bias_radps() else {
-            return Ok(());
+            return;
         };
         let kept = self.state.gyroscope_bias_radps.map(Vector3::from);
         if kept.is_some_and(|kept| (kept - bias).amax() < BIAS_CHANGE_RADPS) {
-            return Ok(());
+            return;
         }
         self.state.gyroscope_bias_radps = Some(bias.into());
-        self.save()
+        self.save();
     }
 
     /// A state that cannot be kept is no reason to end.
-    fn save(&self) -> anyhow::Result<()> {
-        match self.state_file.as_ref().map(|file| file.save(&self.state)) {
-            Some(Err(error)) => self.warn(&format!("state: {error}")),
-            _ => Ok(()),
+    fn save(&self) {
+        if let Some(Err(error)) = self.state_file.as_ref().map(|file| file.save(&self.state)) {
+            self.warn(&format!("state: {error}"));
         }
     }
 
-    fn tell_of_recordings(&self, notices: Vec<RecordingNotice>) -> anyhow::Result<()> {
+    fn tell_of_recordings(&self, notices: Vec<RecordingNotice>) {
         for notice in notices {
-            self.tell(&match notice {
+            self.tell(match notice {
                 RecordingNotice::Begun(path) => Kind::RecordingBegun { path },
                 RecordingNotice::Removed(path) => Kind::RecordingRemoved { path },
-            })?;
+            });
         }
-        Ok(())
     }
 
-    fn warn(&self, reason: &str) -> anyhow::Result<()> {
-        let _ = writeln!(io::stderr().lock(), "mlrd: {reason}");
+    fn warn(&self, reason: &str) {
+        self.messages.say(reason);
         let reason = reason.to_string();
-        self.tell(&Kind::Warning { reason })
+        self.tell(Kind::Warning { reason });
     }
 
-    fn tell(&self, kind: &Kind) -> anyhow::Result<()> {
-        let line = event::line(SystemTime::now(), self.now_s, kind)?;
-        let mut stdout = io::stdout().lock();
-        writeln!(stdout, "{line}")
-            .and_then(|()| stdout.flush())
-            .context("stdout")
+    fn tell(&self, kind: Kind) {
+        let t_s = self.last_attitude.map_or(0.0, |attitude| attitude.time_s);
+        self.events.tell(SystemTime::now(), t_s, kind);
     }
 }
 
@@ -359,10 +444,10 @@ fn read_in_a_thread(
     stop: &Arc<AtomicBool>,
     pulse: &Pulse,
 ) -> io::Result<Receiver<SourceMessage>> {
-    let (send, messages) = mpsc::channel();
+    let (send, pieces) = mpsc::sync_channel(PIECES);
     let (stop, pulse) = (Arc::clone(stop), pulse.clone());
     thread::Builder::new()
         .name("source".into())
         .spawn(move || source::read(&*source, &stop, &pulse, &send))?;
-    Ok(messages)
+    Ok(pieces)
 }

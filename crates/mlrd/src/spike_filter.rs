@@ -32,6 +32,11 @@ impl SpikeFilter {
         };
         Some(held)
     }
+
+    /// The reading held back, if any; the next one begins anew.
+    pub fn flush(&mut self) -> Option<Reading> {
+        self.last.take().map(|(_, held)| held)
+    }
 }
 
 fn median(a: f64, b: f64, c: f64) -> f64 {

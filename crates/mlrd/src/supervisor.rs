@@ -1,11 +1,10 @@
 //! What the daemon tells systemd.
 
-use std::{
-    io::{self, Write},
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use sd_notify::NotifyState;
+
+use crate::output::Messages;
 
 /// Tells readiness, status and life to the service manager, if there is one.
 ///
@@ -14,6 +13,7 @@ use sd_notify::NotifyState;
 /// that waits for them is alive. A sensor that is unplugged is no reason to be
 /// restarted, frames that pile up are.
 pub struct Supervisor {
+    messages: Messages,
     feed_every: Option<Duration>,
     last_fed: Instant,
     then: Progress,
@@ -41,13 +41,15 @@ const SAFETY: u32 = 2;
 
 impl Supervisor {
     /// The daemon is ready.
-    pub fn ready() -> Self {
-        notify(&[NotifyState::Ready]);
-        Self {
+    pub fn ready(messages: Messages) -> Self {
+        let supervisor = Self {
+            messages,
             feed_every: sd_notify::watchdog_enabled().map(|limit| limit / SAFETY),
             last_fed: Instant::now(),
             then: Progress::default(),
-        }
+        };
+        supervisor.notify(NotifyState::Ready);
+        supervisor
     }
 
     /// Feeds the watchdog when it is time and progress was made.
@@ -56,7 +58,7 @@ impl Supervisor {
             return;
         };
         if self.last_fed.elapsed() >= every && now.is_alive_since(&self.then) {
-            notify(&[NotifyState::Watchdog]);
+            self.notify(NotifyState::Watchdog);
             self.last_fed = Instant::now();
             self.then = now;
         }
@@ -64,20 +66,20 @@ impl Supervisor {
 
     /// Shows what the daemon does, as in `systemctl status`.
     pub fn status(&self, text: &str) {
-        notify(&[NotifyState::Status(text)]);
+        self.notify(NotifyState::Status(text));
     }
 
     /// The daemon is ending.
     pub fn stopping(&self) {
-        notify(&[NotifyState::Stopping]);
+        self.notify(NotifyState::Stopping);
     }
-}
 
-/// Without a service manager this does nothing.
-fn notify(state: &[NotifyState<'_>]) {
-    if let Err(error) = sd_notify::notify(state) {
-        // The journal may still be read when systemd does not listen.
-        let _ = writeln!(io::stderr().lock(), "mlrd: systemd: {error}");
+    /// Without a service manager this does nothing.
+    fn notify(&self, state: NotifyState<'_>) {
+        if let Err(error) = sd_notify::notify(&[state]) {
+            // The journal may still be read when systemd does not listen.
+            self.messages.say(&format!("systemd: {error}"));
+        }
     }
 }
 

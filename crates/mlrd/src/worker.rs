@@ -1,6 +1,8 @@
 //! Identifies beside the reading.
 
 use std::{
+    io,
+    panic::{self, AssertUnwindSafe},
     sync::{Arc, mpsc::Sender},
     thread,
     time::Instant,
@@ -9,10 +11,20 @@ use std::{
 use mlr_ga::{AnswerError, IdentificationReport, IdentifySettings, identify};
 use mlr_residual::walk::Sensing;
 
-use crate::{Settings, monitor::Request, robot_model::RobotModel};
+use crate::{
+    Settings,
+    monitor::{Request, RequestNumber},
+    robot_model::RobotModel,
+};
 
 /// What an identification came to.
-pub type Answer = Result<IdentificationReport, AnswerError>;
+#[derive(Debug)]
+pub struct Answer {
+    /// Which request it answers.
+    pub number: RequestNumber,
+    /// The report, or why there is none.
+    pub report: anyhow::Result<IdentificationReport>,
+}
 
 /// Identifies on threads of its own.
 pub struct Worker {
@@ -46,16 +58,30 @@ impl Worker {
 
     /// Begins an identification of what this sensor recorded; the answer comes when it
     /// is done.
-    pub fn identify(worker: &Arc<Self>, request: Request, sensing: Sensing) {
+    ///
+    /// # Errors
+    /// When no thread is to be had.
+    pub fn identify(worker: &Arc<Self>, request: Request, sensing: Sensing) -> io::Result<()> {
         let worker = Arc::clone(worker);
-        thread::spawn(move || {
-            let answer = worker.answer(request.corrected(&sensing));
-            // Nobody listens any more when the daemon is ending.
-            let _ = worker.done.send(answer);
-        });
+        thread::Builder::new()
+            .name("identify".into())
+            .spawn(move || {
+                let number = request.number;
+                // The daemon waits for an answer, whatever becomes of the thread.
+                let report = panic::catch_unwind(AssertUnwindSafe(|| {
+                    worker.report(request.corrected(&sensing))
+                }));
+                let report = match report {
+                    Ok(report) => report.map_err(anyhow::Error::from),
+                    Err(_) => Err(anyhow::anyhow!("the identification broke off")),
+                };
+                // Nobody listens any more when the daemon is ending.
+                let _ = worker.done.send(Answer { number, report });
+            })?;
+        Ok(())
     }
 
-    fn answer(&self, request: Request) -> Answer {
+    fn report(&self, request: Request) -> Result<IdentificationReport, AnswerError> {
         let begin = Instant::now();
         let known = &self.known;
         let settings = IdentifySettings {

@@ -7,7 +7,7 @@ mod daemon;
 use std::{path::Path, process::Command, thread, time::Duration};
 
 use daemon::{
-    Daemon, LOG, expect_legs_3_and_4,
+    Daemon, LOG, PATIENCE, expect_legs_3_and_4,
     player::{Device, Line, corrupt},
 };
 
@@ -47,7 +47,7 @@ fn notices_identifies_records_and_remembers() {
         line
     });
     let recording = daemon.next("recording_begun")["path"].clone();
-    expect_legs_3_and_4(&daemon, Duration::from_secs(120));
+    expect_legs_3_and_4(&daemon, PATIENCE);
     let mut line = player.join().unwrap();
     line.unplug();
     daemon.next("port_lost");
@@ -131,6 +131,50 @@ fn a_line_that_makes_no_sense_is_told_why() {
         }
     };
     assert!(stale["silent_s"].as_f64().unwrap() > 2.0);
+    daemon.terminate();
+}
+
+#[test]
+fn a_status_shows_tilt_and_rate_once_they_are_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("mlrd.toml");
+    std::fs::write(&config, "status_every_s = 0.2\n").unwrap();
+    let port = folder.path().join("imu");
+    let daemon = daemon_on(&port, &["--config", config.to_str().unwrap()]);
+    let before = daemon.next("status");
+    for unknown in ["roll_deg", "pitch_deg", "rate_hz", "fault"] {
+        assert!(
+            before.get(unknown).is_some_and(serde_json::Value::is_null),
+            "{before}"
+        );
+    }
+    let mut line = Line::plugged_in(&port);
+    daemon.next("port_opened");
+    let frames = Device::RegisterBurst.frames(LOG);
+    // The robot stands, rolled and pitched by a third of a degree.
+    line.send_all(&frames[..2000]);
+    let told = daemon.told_until(|event| event["good"] == 2000);
+    let rates_hz: Vec<f64> = told
+        .iter()
+        .filter_map(|event| event["rate_hz"].as_f64())
+        .collect();
+    assert!(!rates_hz.is_empty());
+    assert!(
+        rates_hz.iter().all(|hz| (900.0..1050.0).contains(hz)),
+        "{rates_hz:?}"
+    );
+    let after = told.last().unwrap();
+    for (angle, expected_deg) in [("roll_deg", -0.37), ("pitch_deg", -0.34)] {
+        let angle_deg = after[angle].as_f64().unwrap();
+        assert!((angle_deg - expected_deg).abs() < 0.3, "{after}");
+    }
+    let silent = daemon
+        .told_until(|event| event["event"] == "status")
+        .pop()
+        .unwrap();
+    assert!(silent["rate_hz"].is_null(), "{silent}");
+    assert_eq!(silent["roll_deg"], after["roll_deg"]);
+    assert_eq!(silent["dropped_status"], 0);
     daemon.terminate();
 }
 

@@ -1,6 +1,6 @@
 //! The longer stretch of a damaged walk that an explanation needs.
 
-use super::{Request, recent::Recent};
+use super::{Request, handed_out::HandedOut, recent::Recent};
 
 /// A damaged walk from its flag on.
 #[derive(Debug, Default)]
@@ -55,6 +55,7 @@ impl ExplainableWalk {
         window_s: f64,
         motion_start_s: Option<f64>,
         recent: &Recent,
+        handed_out: &mut HandedOut,
     ) {
         let Self::Growing { from_s } = *self else {
             return;
@@ -67,6 +68,7 @@ impl ExplainableWalk {
             .and_then(|start_s| recent.recording(start_s - STANDING_S));
         *self = shown.map_or(Self::None, |recording| {
             Self::Grown(Request {
+                number: handed_out.next(now_s),
                 recording,
                 motion_start_s,
                 from_s,

@@ -1,10 +1,12 @@
 //! The states of the daemon, without ports, clocks or threads.
 
 mod explainable_walk;
+mod handed_out;
 mod recent;
 mod request;
 mod swings;
 
+pub use handed_out::RequestNumber;
 pub use request::Request;
 
 use mlr_filter::{
@@ -13,6 +15,7 @@ use mlr_filter::{
 
 use self::{
     explainable_walk::ExplainableWalk,
+    handed_out::HandedOut,
     recent::{PAUSE_S, Recent},
     swings::{RecentSwings, differs},
 };
@@ -27,16 +30,22 @@ use crate::{event::Kind, sensor::Attitude};
 ///     └──────────┴──────────┴──── calm again ──────────┘
 /// ```
 ///
+/// A fault of the sensor ends everything but standing: a robot that walked is taken to
+/// walk on, and is judged by what comes after the fault.
+///
 /// Beside these states, a walk that was flagged and identified is to be explained once
 /// it has gone on for two windows of an identification, if its start is on record.
 pub struct Monitor {
     motion: MotionSettings,
     detector: DamageDetector,
+    /// A detector that has seen nothing.
+    fresh_detector: DamageDetector,
     swinging_deg: f64,
     window_s: f64,
     recent: Recent,
     state: State,
     explainable: ExplainableWalk,
+    handed_out: HandedOut,
     /// When the walk started, where that was seen.
     motion_start_s: Option<f64>,
     next_check_s: f64,
@@ -54,6 +63,7 @@ enum State {
     },
     /// `swing_deg` is how far the body swung meanwhile.
     Identifying {
+        number: RequestNumber,
         swing_deg: f64,
     },
     Identified {
@@ -89,14 +99,18 @@ impl Monitor {
         detector: DetectorSettings,
         window_s: f64,
     ) -> Result<Self, SettingError> {
+        let swinging_deg = detector.threshold_deg;
+        let detector = DamageDetector::new(detector)?;
         Ok(Self {
             motion,
-            swinging_deg: detector.threshold_deg,
-            detector: DamageDetector::new(detector)?,
+            swinging_deg,
+            fresh_detector: detector.clone(),
+            detector,
             window_s,
             recent: Recent::new(ExplainableWalk::keep_s(window_s).max(SEARCH_S)),
             state: State::Standing,
             explainable: ExplainableWalk::None,
+            handed_out: HandedOut::default(),
             motion_start_s: None,
             next_check_s: 0.0,
             complained: false,
@@ -141,18 +155,49 @@ impl Monitor {
         actions
     }
 
+    /// Whether the robot should be moving, as far as is known.
+    pub fn expects_motion(&self) -> bool {
+        self.state != State::Standing
+    }
+
+    /// The sensor's samples since then are worthless, and those that follow are not taken
+    /// until it has recovered.
+    pub fn sensor_failed(&mut self, since_s: f64) {
+        self.handed_out.spoil_from(since_s);
+        self.recent.clear();
+        self.detector = self.fresh_detector.clone();
+        self.swings = RecentSwings::default();
+        self.explainable = ExplainableWalk::None;
+        self.motion_start_s = None;
+        if self.state != State::Standing {
+            self.state = State::Walking;
+        }
+    }
+
+    /// Whether what was handed out under this number contains no fault of the sensor.
+    pub fn is_sound(&self, number: RequestNumber) -> bool {
+        self.handed_out.is_sound(number)
+    }
+
     /// The identification asked for is done; says what else is to be done now.
-    pub fn identified(&mut self) -> Option<Action> {
-        if let State::Identifying { swing_deg } = self.state {
+    pub fn identified(&mut self, number: RequestNumber) -> Option<Action> {
+        if let State::Identifying {
+            number: current,
+            swing_deg,
+        } = self.state
+            && number == current
+        {
             self.state = State::Identified { swing_deg };
         }
         self.explanation_due()
     }
 
     /// The identification asked for came to nothing.
-    pub fn unidentified(&mut self) {
-        self.explainable = ExplainableWalk::None;
-        self.identified();
+    pub fn unidentified(&mut self, number: RequestNumber) {
+        if matches!(self.state, State::Identifying { number: current, .. } if number == current) {
+            self.explainable = ExplainableWalk::None;
+        }
+        self.identified(number);
     }
 
     fn explanation_due(&mut self) -> Option<Action> {
@@ -233,11 +278,14 @@ impl Monitor {
             }
             State::Identifying {
                 swing_deg: known_deg,
+                ..
             } if differs(swing_deg, known_deg) => self.explainable.interrupt(),
             State::Flagged { since_s } if now_s >= since_s + self.window_s => {
                 if let Some(recording) = self.recent.recording(since_s - PAUSE_S) {
-                    self.state = State::Identifying { swing_deg };
+                    let number = self.handed_out.next(now_s);
+                    self.state = State::Identifying { number, swing_deg };
                     actions.push(Action::Identify(Request {
+                        number,
                         recording,
                         motion_start_s: self.motion_start_s,
                         from_s: since_s,
@@ -252,8 +300,13 @@ impl Monitor {
         // The detector bears with a lull, in which the robot may have stopped: the stretch
         // ends where the body swings, or has within the detector's window.
         if fluctuation_deg >= self.swinging_deg {
-            self.explainable
-                .grow(now_s, self.window_s, self.motion_start_s, &self.recent);
+            self.explainable.grow(
+                now_s,
+                self.window_s,
+                self.motion_start_s,
+                &self.recent,
+                &mut self.handed_out,
+            );
         }
     }
 

@@ -49,6 +49,11 @@ impl Recent {
             .is_some_and(|first| first.time_s <= time_s)
     }
 
+    /// Forgets everything.
+    pub(super) fn clear(&mut self) {
+        self.attitudes.clear();
+    }
+
     /// Forgets what is older.
     pub(super) fn forget_before(&mut self, time_s: f64) {
         self.attitudes.retain(|past| past.time_s >= time_s);

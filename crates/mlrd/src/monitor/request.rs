@@ -3,9 +3,13 @@
 use mlr_filter::OrientationSeries;
 use mlr_residual::walk::Sensing;
 
+use super::RequestNumber;
+
 /// A stretch of the walk to identify or to explain.
 #[derive(Debug, Clone)]
 pub struct Request {
+    /// Tells it from all others.
+    pub number: RequestNumber,
     /// The last seconds.
     pub recording: OrientationSeries,
     /// When the walk started, if known.
@@ -20,6 +24,7 @@ impl Request {
     #[must_use]
     pub fn corrected(self, sensing: &Sensing) -> Self {
         Self {
+            number: self.number,
             recording: sensing.correct(&self.recording),
             motion_start_s: self.motion_start_s.map(|time_s| time_s - sensing.delay_s),
             from_s: self.from_s - sensing.delay_s,
@@ -38,6 +43,7 @@ mod tests {
         let times_s: Vec<f64> = (0..100).map(|i| f64::from(i) * 0.01).collect();
         let tilted = vec![0.1; times_s.len()];
         let request = Request {
+            number: RequestNumber::default(),
             recording: OrientationSeries::new(times_s, Axes::from_fn(|_| tilted.clone())).unwrap(),
             motion_start_s: Some(0.2),
             from_s: 0.5,

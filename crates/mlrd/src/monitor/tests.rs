@@ -41,12 +41,24 @@ fn run(monitor: &mut Monitor, from_s: f64, to_s: f64) -> Vec<(f64, Action)> {
     all
 }
 
+/// The first identification asked for.
+fn identification(actions: &[(f64, Action)]) -> Option<&Request> {
+    actions.iter().find_map(|(_, action)| match action {
+        Action::Identify(request) => Some(request),
+        Action::Explain(_) | Action::Report(_) => None,
+    })
+}
+
 #[test]
 fn from_standing_to_identified_and_back() {
     let mut monitor = monitor();
     let mut actions = run(&mut monitor, 0.0, 22.0);
     assert_eq!(monitor.state(), "identifying");
-    assert!(monitor.identified().is_none(), "nothing else is due yet");
+    let number = identification(&actions).unwrap().number;
+    assert!(
+        monitor.identified(number).is_none(),
+        "nothing else is due yet"
+    );
     actions.extend(run(&mut monitor, 22.0, 40.0));
     let told: Vec<(f64, String)> = actions
         .iter()
@@ -111,9 +123,9 @@ fn damage_that_changes_is_identified_again() {
         let t = f64::from(i) / 200.0;
         for action in monitor.take(rocking(t)) {
             match action {
-                Action::Identify(_) => {
+                Action::Identify(request) => {
                     asked_s.push(t);
-                    monitor.identified();
+                    monitor.identified(request.number);
                 }
                 Action::Explain(_) => panic!("the start of the walk is not on record"),
                 Action::Report(Kind::DamageDetected { changed: true, .. }) => changes_s.push(t),
@@ -133,11 +145,71 @@ fn a_pause_begins_the_stretch_anew() {
     run(&mut monitor, 0.0, 16.0);
     assert_eq!(monitor.state(), "flagged");
     let actions = run(&mut monitor, 16.3, 24.0);
-    let from_s = actions.iter().find_map(|(_, action)| match action {
-        Action::Identify(request) => Some(request.from_s),
-        Action::Explain(_) | Action::Report(_) => None,
-    });
-    assert!((from_s.unwrap() - 16.3).abs() < 0.01);
+    let from_s = identification(&actions).unwrap().from_s;
+    assert!((from_s - 16.3).abs() < 0.01);
+}
+
+#[test]
+fn a_fault_before_the_damage_is_flagged_leaves_nothing_of_it() {
+    let mut monitor = monitor();
+    // The body rocks for 1.9 s; half a second more, and it would be flagged.
+    run(&mut monitor, 0.0, 13.9);
+    assert_eq!(monitor.state(), "walking");
+    monitor.sensor_failed(13.5);
+    assert!(monitor.expects_motion());
+    assert!(run(&mut monitor, 16.0, 17.9).is_empty());
+    let flagged = run(&mut monitor, 17.9, 20.0);
+    assert!(
+        matches!(
+            flagged[..],
+            [(
+                _,
+                Action::Report(Kind::DamageDetected { changed: false, .. })
+            )]
+        ),
+        "{flagged:?}"
+    );
+}
+
+#[test]
+fn an_identification_is_sound_unless_its_stretch_reaches_into_the_fault() {
+    for (before_its_end_s, sound) in [(0.5, false), (-0.1, true)] {
+        let mut monitor = monitor();
+        let actions = run(&mut monitor, 0.0, 21.2);
+        let request = identification(&actions).unwrap();
+        let number = request.number;
+        assert!(monitor.is_sound(number));
+        let end_s = request.recording.times_s().last().unwrap();
+        monitor.sensor_failed(end_s - before_its_end_s);
+        assert_eq!(monitor.is_sound(number), sound);
+        assert!(monitor.identified(number).is_none());
+        assert_eq!(monitor.state(), "walking");
+    }
+}
+
+#[test]
+fn an_answer_to_an_earlier_request_does_not_pass_for_the_current_one() {
+    let mut monitor = monitor();
+    let rocking = |t: f64| walk(t, &(12.0..60.0), 70.0);
+    let mut numbers = Vec::new();
+    for i in 0..40 * 200 {
+        let t = f64::from(i) / 200.0;
+        if i == 25 * 200 {
+            monitor.sensor_failed(t);
+        }
+        for action in monitor.take(rocking(t)) {
+            if let Action::Identify(request) = action {
+                numbers.push(request.number);
+            }
+        }
+    }
+    let [first, second] = numbers[..] else {
+        panic!("{numbers:?}");
+    };
+    monitor.identified(first);
+    assert_eq!(monitor.state(), "identifying");
+    monitor.identified(second);
+    assert_eq!(monitor.state(), "identified");
 }
 
 #[test]
@@ -155,19 +227,17 @@ fn samples_too_far_apart_are_complained_of_once() {
 fn explanations(rocking: &Range<f64>, until_s: f64, taking_s: f64) -> Vec<(f64, Request)> {
     let mut monitor = monitor();
     let mut asked = Vec::new();
-    let mut done_s = f64::INFINITY;
+    let mut done = None;
     for i in 0..90 * 200 {
         let t = f64::from(i) / 200.0;
         let mut actions = monitor.take(walk(t, rocking, until_s));
-        if actions
-            .iter()
-            .any(|action| matches!(action, Action::Identify(_)))
-        {
-            done_s = t + taking_s;
+        for action in &actions {
+            if let Action::Identify(request) = action {
+                done = Some((t + taking_s, request.number));
+            }
         }
-        if t >= done_s {
-            done_s = f64::INFINITY;
-            actions.extend(monitor.identified());
+        if let Some((_, number)) = done.take_if(|(done_s, _)| t >= *done_s) {
+            actions.extend(monitor.identified(number));
         }
         asked.extend(actions.into_iter().filter_map(|action| match action {
             Action::Explain(request) => Some((t, request)),
@@ -214,7 +284,7 @@ fn what_could_not_be_identified_is_not_explained() {
     for i in 0..60 * 200 {
         for action in monitor.take(walk(f64::from(i) / 200.0)) {
             match action {
-                Action::Identify(_) => monitor.unidentified(),
+                Action::Identify(request) => monitor.unidentified(request.number),
                 Action::Explain(_) => panic!("nothing to explain"),
                 Action::Report(_) => {}
             }

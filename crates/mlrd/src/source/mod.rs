@@ -11,7 +11,7 @@ use std::{
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicU64, Ordering},
-        mpsc::Sender,
+        mpsc::SyncSender,
     },
     thread,
     time::{Duration, Instant},
@@ -63,14 +63,14 @@ const LAST_RETRY: Duration = Duration::from_secs(5);
 /// retried quickly again.
 const RECOVERED: Duration = Duration::from_secs(10);
 
-/// Reads until `stop` is set or nobody listens. A source that is missing, busy
+/// Reads until `stop` is set or nobody listens. Waits where the messages are not taken. A source that is missing, busy
 /// or lost is tried again after a pause that grows up to five seconds; the
 /// reason is told once per outage.
 pub fn read(
     source: &dyn Source,
     stop: &AtomicBool,
     pulse: &Pulse,
-    messages: &Sender<SourceMessage>,
+    messages: &SyncSender<SourceMessage>,
 ) {
     let mut pause = FIRST_RETRY;
     let mut told = None;
@@ -116,24 +116,35 @@ fn wait(pause: Duration, stop: &AtomicBool, pulse: &Pulse) {
     }
 }
 
+/// How long bytes are read after the daemon was told to stop: those that have arrived by
+/// then are still taken.
+const LAST_BYTES: Duration = Duration::from_millis(50);
+
 /// Passes bytes on. `None` when the daemon stops, else why the source was lost.
 fn forward(
     open: &mut dyn Reading,
     stop: &AtomicBool,
     pulse: &Pulse,
-    messages: &Sender<SourceMessage>,
+    messages: &SyncSender<SourceMessage>,
 ) -> Option<String> {
-    while !stop.load(Ordering::Relaxed) {
+    let mut end = None;
+    while end.is_none_or(|end| Instant::now() < end) {
         pulse.beat();
-        match open.read() {
-            Ok(bytes) if bytes.is_empty() => {}
-            Ok(bytes) => {
-                let message = SourceMessage::Bytes(Instant::now(), bytes);
-                if messages.send(message).is_err() {
-                    return None;
-                }
-            }
+        let bytes = match open.read() {
+            Ok(bytes) => bytes,
             Err(reason) => return Some(reason),
+        };
+        if stop.load(Ordering::Relaxed) {
+            if bytes.is_empty() {
+                return None;
+            }
+            end = end.or(Some(Instant::now() + LAST_BYTES));
+        }
+        if !bytes.is_empty() {
+            let message = SourceMessage::Bytes(Instant::now(), bytes);
+            if messages.send(message).is_err() {
+                return None;
+            }
         }
     }
     None
@@ -181,7 +192,7 @@ mod tests {
 
     #[test]
     fn is_tried_again_and_every_outage_is_told_once() {
-        let (send, messages) = mpsc::channel();
+        let (send, messages) = mpsc::sync_channel(1);
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let thread =

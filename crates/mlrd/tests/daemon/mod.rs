@@ -51,7 +51,23 @@ impl Daemon {
 
     /// Waits for the next event of this name; others are passed over.
     pub(crate) fn next(&self, wanted: &str) -> Value {
-        self.next_within(wanted, Duration::from_secs(120))
+        self.next_within(wanted, PATIENCE)
+    }
+
+    /// Everything that is told up to the first event of this kind that is as wanted.
+    pub(crate) fn told_until(&self, is_wanted: impl Fn(&Value) -> bool) -> Vec<Value> {
+        let end = Instant::now() + PATIENCE;
+        let mut told = Vec::new();
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let Ok(event) = self.events.recv_timeout(left) else {
+                panic!("not within {PATIENCE:?}, only {told:#?}");
+            };
+            told.push(event);
+            if told.last().is_some_and(&is_wanted) {
+                return told;
+            }
+        }
     }
 
     pub(crate) fn next_within(&self, wanted: &str, patience: Duration) -> Value {
@@ -71,9 +87,7 @@ impl Daemon {
 
     /// Ends it as a service manager does; it must end well.
     pub(crate) fn terminate(mut self) {
-        let id = self.child.id().to_string();
-        let killed = Command::new("kill").args(["-TERM", &id]).status().unwrap();
-        assert!(killed.success());
+        signal(self.child.id(), "TERM");
         self.next("stopped");
         assert!(self.child.wait().unwrap().success());
     }
@@ -85,6 +99,16 @@ impl Drop for Daemon {
         let _ = self.child.wait();
     }
 }
+
+/// Sends a signal, by its name without SIG.
+pub(crate) fn signal(process: u32, name: &str) {
+    let mut kill = Command::new("kill");
+    let killed = kill.args([&format!("-{name}"), &process.to_string()]);
+    assert!(killed.status().unwrap().success());
+}
+
+/// How long a daemon on a busy computer may take for anything.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The log whose robot stands for 6 s, walks, and loses legs 3 and 4 at 19 s.
 pub(crate) const LOG: &str = "detect-legs3-4.csv.gz";

@@ -42,11 +42,12 @@ pub(crate) struct Frame {
 }
 
 /// A row of a stand-in log.
-struct Row {
-    time_s: f64,
-    force_mps2: Vector3<f64>,
-    rate_radps: Vector3<f64>,
-    angles_rad: Vector3<f64>,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) time_s: f64,
+    pub(crate) force_mps2: Vector3<f64>,
+    pub(crate) rate_radps: Vector3<f64>,
+    pub(crate) angles_rad: Vector3<f64>,
 }
 
 impl Device {
@@ -59,11 +60,25 @@ impl Device {
         }
     }
 
+    /// A WitMotion module says acceleration, rate and angle one after the other.
+    pub(crate) fn frames_per_sample(self) -> usize {
+        match self {
+            Self::Witmotion => 3,
+            _ => 1,
+        }
+    }
+
     pub(crate) fn frames(self, log: &str) -> Vec<Frame> {
+        self.frames_altered(log, |row| row)
+    }
+
+    /// The log as a sensor shows it that does this to it.
+    pub(crate) fn frames_altered(self, log: &str, alter: impl FnMut(Row) -> Row) -> Vec<Frame> {
         let counters = (0_u8..=255).cycle();
         rows(log)
             .into_iter()
             .step_by(self.every())
+            .map(alter)
             .zip(counters)
             .map(|(row, counter)| Frame {
                 time_s: row.time_s,
@@ -214,6 +229,19 @@ impl Line {
     pub(crate) fn unplug(&mut self) {
         let _ = std::fs::remove_file(&self.link);
         self.ends = None;
+    }
+
+    /// Sends as fast as the line takes it.
+    pub(crate) fn send_all(&mut self, frames: &[Frame]) {
+        for some in frames.chunks(100) {
+            self.send(
+                &some
+                    .iter()
+                    .flat_map(|frame| &frame.bytes)
+                    .copied()
+                    .collect::<Vec<u8>>(),
+            );
+        }
     }
 
     pub(crate) fn send(&mut self, bytes: &[u8]) {
