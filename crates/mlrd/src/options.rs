@@ -1,7 +1,8 @@
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Parser;
+use mlr_imu::{MAX_TEXT_BYTES, read_text};
 
 use crate::{FramingName, Settings};
 
@@ -60,7 +61,7 @@ impl Options {
         let mut settings = match &self.config {
             Some(path) => {
                 let name = || path.display().to_string();
-                let text = fs::read_to_string(path).with_context(name)?;
+                let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
                 Settings::from_toml(&text).with_context(name)?
             }
             None => Settings::default(),

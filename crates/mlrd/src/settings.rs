@@ -1,12 +1,12 @@
 //! Everything about the daemon that can be chosen: one type for the
 //! configuration file and the command line.
 
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use mlr_ga::IdentifySettings;
-use mlr_imu::{FullScale, Mounting};
+use mlr_imu::{FullScale, MAX_TEXT_BYTES, Mounting, read_text};
 use mlr_model::{Gait, Robot};
 use mlr_residual::walk::TracingSettings;
 use serde::{Deserialize, Serialize};
@@ -201,7 +201,7 @@ impl Settings {
             return Ok(Robot::jethexa());
         };
         let name = || path.display().to_string();
-        let text = fs::read_to_string(path).with_context(name)?;
+        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
         Robot::from_toml(&text).with_context(name)
     }
 
@@ -210,7 +210,7 @@ impl Settings {
             return Ok(Gait::tripod());
         };
         let name = || path.display().to_string();
-        let text = fs::read_to_string(path).with_context(name)?;
+        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
         Gait::from_toml(&text).with_context(name)
     }
 }

@@ -41,6 +41,7 @@ pub(super) fn run(options: &AtlasOptions) -> anyhow::Result<()> {
     let started = Instant::now();
     let settings: IdentifySettings = model_files::settings(options.config.as_deref())?;
     let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    output::refuse_stdout(&options.output)?;
     let plan = atlas::AtlasPlan::default();
     let bar = Bar::new();
     let built = atlas::build(&options.output, &robot, &gait, &settings, plan, &bar);

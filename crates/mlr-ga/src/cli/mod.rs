@@ -66,6 +66,7 @@ pub(crate) fn run() -> ExitCode {
 }
 
 fn execute(cli: &Cli) -> anyhow::Result<()> {
+    output::outlive_file_size_limits()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(cli.global.threads.unwrap_or(0))
         .build()?;
