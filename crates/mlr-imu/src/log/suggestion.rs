@@ -158,11 +158,16 @@ pub(super) fn hint(columns: &Columns, names: &[String]) -> String {
 
 /// The names that are like the one looked for, most alike first.
 pub(super) fn alike<'a>(wanted: &str, names: &'a [String]) -> Vec<&'a str> {
-    let wanted = core_of(wanted).0;
+    let folded = wanted.to_lowercase();
+    let (core, _) = core_of(wanted);
+    let score = |name: &str| {
+        let whole = 0.98 * strsim::jaro_winkler(&folded, &name.to_lowercase());
+        likeness(&core, name).max(whole)
+    };
     let mut scored: Vec<(f64, &str)> = names
         .iter()
-        .map(|name| (likeness(&wanted, name), name.as_str()))
-        .filter(|(likeness, _)| *likeness >= ALIKE)
+        .map(|name| (score(name), name.as_str()))
+        .filter(|(score, _)| *score >= ALIKE)
         .collect();
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
     scored.into_iter().take(3).map(|(_, name)| name).collect()
@@ -323,6 +328,7 @@ mod tests {
         assert!(!hint_for(&["t_s", "roll_dps", "pitch_dps", "yaw_dps"]).contains("roll"));
         let names = ["gx_dps".to_string(), "encoder".into(), "encoder_deg".into()];
         assert_eq!(alike("encodr_deg", &names), ["encoder", "encoder_deg"]);
+        assert_eq!(alike("gx_dsp", &names), ["gx_dps"]);
     }
 
     #[test]
