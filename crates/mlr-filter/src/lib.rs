@@ -58,5 +58,5 @@ pub use motion_start::{MotionSettings, MotionStart, NoMotion};
 pub use moving_mean::MovingMean;
 pub use orientation::{Axes, Axis, OrientationSeries, SeriesError, unwrapped_rad};
 pub use spectrum::{PowerSpectrum, Spectrum};
-pub use time_stamps::{TimeStampFaults, clean_time_stamps};
+pub use time_stamps::{TimeStampFaults, clean_time_stamps, increasing_times};
 pub use window::{EvenSamples, SamplingLimits, Window, WindowError};

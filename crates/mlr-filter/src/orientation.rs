@@ -147,6 +147,21 @@ impl OrientationSeries {
         })
     }
 
+    /// The samples of these indices, in this order; indices beyond the end are left out.
+    #[must_use]
+    pub fn picked(&self, indices: &[usize]) -> Self {
+        let pick = |values: &[f64]| {
+            indices
+                .iter()
+                .filter_map(|&index| values.get(index).copied())
+                .collect::<Vec<f64>>()
+        };
+        Self {
+            times_s: pick(&self.times_s),
+            angles_rad: self.angles_rad.as_ref().map(|_, samples| pick(samples)),
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.times_s.len()

@@ -1,6 +1,6 @@
 //! Repair of time stamps that are duplicated or run backwards.
 
-use crate::{Axes, OrientationSeries};
+use crate::OrientationSeries;
 
 /// What was wrong with the time stamps of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,9 +27,17 @@ impl TimeStampFaults {
 /// means that one stamp far in the future costs one sample, not the rest of the
 /// recording.
 pub fn clean_time_stamps(recording: OrientationSeries) -> (OrientationSeries, TimeStampFaults) {
-    let times_s = recording.times_s();
+    let (kept, faults) = increasing_times(recording.times_s());
+    if faults.dropped() == 0 {
+        return (recording, faults);
+    }
+    (recording.picked(&kept), faults)
+}
+
+/// The indices that [`clean_time_stamps`] keeps, and why the others go.
+pub fn increasing_times(times_s: &[f64]) -> (Vec<usize>, TimeStampFaults) {
     let Some(first_fault) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) else {
-        return (recording, TimeStampFaults::default());
+        return ((0..times_s.len()).collect(), TimeStampFaults::default());
     };
     let kept = longest_increasing(times_s);
     let duplicated = count_duplicates(times_s, &kept);
@@ -38,18 +46,7 @@ pub fn clean_time_stamps(recording: OrientationSeries) -> (OrientationSeries, Ti
         out_of_order: times_s.len() - kept.len() - duplicated,
         first: Some(first_fault + 1),
     };
-    let angles = recording.angles_rad();
-    let pick = |samples: &[f64]| kept.iter().map(|&i| samples[i]).collect::<Vec<_>>();
-    let cleaned = OrientationSeries::new(
-        pick(times_s),
-        Axes {
-            roll: pick(&angles.roll),
-            pitch: pick(&angles.pitch),
-            yaw: pick(&angles.yaw),
-        },
-    )
-    .expect("a subset of a valid series, with equal lengths, is valid");
-    (cleaned, faults)
+    (kept, faults)
 }
 
 /// Indices of a longest strictly increasing subsequence (patience sorting).
@@ -94,6 +91,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::Axes;
 
     fn recording(times_s: Vec<f64>) -> OrientationSeries {
         let n = times_s.len();

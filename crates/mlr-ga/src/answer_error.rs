@@ -1,4 +1,5 @@
 use mlr_filter::{DetectorError, FilterError, NoMotion, WindowError};
+use mlr_imu::quality::Finding;
 use mlr_model::ModelError;
 use thiserror::Error;
 
@@ -25,6 +26,22 @@ pub enum AnswerError {
         total: usize,
         /// The first bad one, counted from 1.
         first: usize,
+    },
+    /// The recording itself shows that it says nothing about the robot.
+    #[error("{0}")]
+    Unusable(Box<Finding>),
+    /// The sensor is slower than the time stamps.
+    #[error(
+        "sampled too slowly: values change {value_rate_hz:.1} times a second in {sample_rate_hz:.0} \
+         rows, at least {min_rate_hz:.0} are needed"
+    )]
+    HeldValues {
+        /// Changes per second.
+        value_rate_hz: f64,
+        /// Rows per second.
+        sample_rate_hz: f64,
+        /// Changes per second needed.
+        min_rate_hz: f64,
     },
     /// No simulation stayed finite.
     #[error(
@@ -70,6 +87,12 @@ pub enum AnswerError {
     Model(#[from] ModelError),
 }
 
+impl From<Finding> for AnswerError {
+    fn from(finding: Finding) -> Self {
+        Self::Unusable(Box::new(finding))
+    }
+}
+
 impl AnswerError {
     /// Whether the recording is at fault, rather than what was asked of it.
     pub fn is_recordings_fault(&self) -> bool {
@@ -77,6 +100,8 @@ impl AnswerError {
             self,
             Self::Window(_)
                 | Self::NoMotion(_)
+                | Self::Unusable(_)
+                | Self::HeldValues { .. }
                 | Self::Disordered { .. }
                 | Self::Detector(DetectorError::TooSlow { .. })
         )

@@ -3,7 +3,7 @@
 use mlr_filter::{
     DamageDetector, DetectorError, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
 };
-use mlr_imu::Recording;
+use mlr_imu::{Recording, quality::LogQuality};
 use serde::{Deserialize, Serialize};
 
 use crate::{AnswerError, recording::repair_time_stamps};
@@ -43,6 +43,8 @@ pub struct Detection {
     pub max_fluctuation_deg: f64,
     /// Fluctuation that a healthy robot stays below.
     pub threshold_deg: f64,
+    /// What the recording says about itself.
+    pub log_quality: LogQuality,
     /// What a person should know about the recording.
     pub warnings: Vec<String>,
 }
@@ -58,18 +60,24 @@ pub fn detect(
     settings: &DetectionSettings,
 ) -> Result<Detection, AnswerError> {
     let mut warnings = recording.notes.clone();
-    let recording = repair_time_stamps(
-        &recording.orientation,
-        settings.max_dropped_share,
-        &mut warnings,
-    )?;
+    let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
+    let log_quality = LogQuality::of(&recording, &settings.motion);
+    let start = MotionStart::find(&recording.orientation, &settings.motion).ok();
+    let detection = detect_in(&recording.orientation, settings.detector)?;
+    // What comes after the flag changes nothing, and what comes before the walk is no walk.
+    let from_s = start.map_or(f64::NEG_INFINITY, |start| start.start_s);
+    let to_s = detection.damage_s.unwrap_or(f64::INFINITY);
+    if let Some(finding) = log_quality.spoilt_within(from_s..to_s) {
+        return Err(finding.clone().into());
+    }
+    warnings.extend(log_quality.warnings());
     Ok(Detection {
-        motion_start_s: MotionStart::find(&recording, &settings.motion)
-            .ok()
+        motion_start_s: start
             .filter(|start| start.stood_before)
             .map(|start| start.start_s),
+        log_quality,
         warnings,
-        ..detect_in(&recording, settings.detector)?
+        ..detection
     })
 }
 
@@ -97,6 +105,7 @@ pub(crate) fn detect_in(
         flagged: damage_s.is_some(),
         max_fluctuation_deg,
         threshold_deg: settings.threshold_deg,
+        log_quality: LogQuality::default(),
         warnings: Vec::new(),
     })
 }

@@ -1,16 +1,16 @@
-use mlr_filter::{OrientationSeries, clean_time_stamps};
+use mlr_imu::Recording;
 
 use crate::AnswerError;
 
 /// Drops samples with bad time stamps and says so, unless they are more than the
 /// given share of all.
 pub(crate) fn repair_time_stamps(
-    recording: &OrientationSeries,
+    recording: &Recording,
     max_dropped_share: f64,
     warnings: &mut Vec<String>,
-) -> Result<OrientationSeries, AnswerError> {
-    let total = recording.len();
-    let (recording, faults) = clean_time_stamps(recording.clone());
+) -> Result<Recording, AnswerError> {
+    let total = recording.orientation.len();
+    let (recording, faults) = recording.clone().with_increasing_times();
     let dropped = faults.dropped();
     if dropped as f64 > max_dropped_share * total as f64 {
         return Err(AnswerError::Disordered {

@@ -38,6 +38,20 @@ impl RawSeries {
 }
 
 impl RawSeries {
+    /// The samples of these indices, in this order; indices beyond the end are left out.
+    #[must_use]
+    pub fn picked(&self, indices: &[usize]) -> Self {
+        fn pick<T: Copy>(values: &[T], indices: &[usize]) -> Vec<T> {
+            let picked = indices.iter().filter_map(|&index| values.get(index));
+            picked.copied().collect()
+        }
+        Self {
+            times_s: pick(&self.times_s, indices),
+            accelerations_mps2: pick(&self.accelerations_mps2, indices),
+            angular_rates_radps: pick(&self.angular_rates_radps, indices),
+        }
+    }
+
     /// Mean rates in rad/s about x, y, z between two times, if the sensor is at rest then.
     pub fn rest_rate_radps(&self, from_s: f64, to_s: f64) -> Option<Vector3<f64>> {
         let samples = self.times_s.iter().zip(&self.angular_rates_radps);

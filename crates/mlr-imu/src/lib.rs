@@ -28,6 +28,7 @@ mod log;
 mod mounting;
 mod mpu6050;
 mod new_file;
+pub mod quality;
 mod recording;
 mod sample;
 mod sample_clock;
@@ -35,8 +36,8 @@ mod small_file;
 
 pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
-    ColumnError, Columns, LogColumn, LogError, LogLimits, LogProblem, LogStream, LogTable,
-    LogValues, read_log, write_log, write_log_to,
+    ColumnError, Columns, Correction, LogColumn, LogError, LogLimits, LogProblem, LogStream,
+    LogTable, LogValues, read_log, write_log, write_log_to,
 };
 pub use mounting::{Mounting, MountingError};
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};

@@ -1,6 +1,6 @@
-use mlr_filter::OrientationSeries;
+use mlr_filter::{OrientationSeries, TimeStampFaults, increasing_times};
 
-use crate::RawSeries;
+use crate::{Columns, RawSeries};
 
 /// What a log or a sensor says about a body's motion: its orientation over time, and the
 /// raw samples of the same moments where they are known.
@@ -12,6 +12,8 @@ pub struct Recording {
     pub raw: Option<RawSeries>,
     /// Where the orientation comes from.
     pub source: OrientationSource,
+    /// Where its columns were found, for advice on how to read them otherwise.
+    pub columns: Columns,
     /// What a person should know about how it was read.
     pub notes: Vec<String>,
 }
@@ -26,6 +28,16 @@ pub enum OrientationSource {
 }
 
 impl Recording {
+    /// Drops samples whose time stamps are duplicated or run backwards, and says how many.
+    pub fn with_increasing_times(mut self) -> (Self, TimeStampFaults) {
+        let (kept, faults) = increasing_times(self.orientation.times_s());
+        if faults.dropped() > 0 {
+            self.orientation = self.orientation.picked(&kept);
+            self.raw = self.raw.map(|raw| raw.picked(&kept));
+        }
+        (self, faults)
+    }
+
     /// The raw samples that somebody else made roll, pitch and yaw from; `None` where they
     /// were fused here or are not known.
     pub fn raw_beside_angles(&self) -> Option<&RawSeries> {
@@ -41,6 +53,7 @@ impl From<OrientationSeries> for Recording {
             orientation,
             raw: None,
             source: OrientationSource::Recorded,
+            columns: Columns::default(),
             notes: Vec::new(),
         }
     }

@@ -1,4 +1,5 @@
 use mlr_filter::Conditioned;
+use mlr_imu::quality::LogQuality;
 use mlr_model::{LostLinks, Variation};
 use serde::Serialize;
 
@@ -48,6 +49,8 @@ pub struct Identification {
     /// The results of repeated runs, most frequent first. Empty for a single
     /// run.
     pub frequencies: Vec<Frequency>,
+    /// What the recording says about itself.
+    pub log_quality: LogQuality,
     /// What a person should know about the recording.
     pub warnings: Vec<String>,
     /// What was compared.

@@ -1,7 +1,10 @@
 use mlr_filter::{
     Conditioned, DetectorSettings, FourierFilter, MotionStart, OrientationSeries, Window,
 };
-use mlr_imu::Recording;
+use mlr_imu::{
+    Recording,
+    quality::{Finding, LogQuality, Severity},
+};
 use mlr_model::Gait;
 
 use super::{GaitPhase, IdentifySettings};
@@ -18,6 +21,9 @@ const CALM_WALK_S: f64 = 3.0;
 /// A body that has just lost its balance finds its new gait within this time.
 const UPSET_S: f64 = 1.0;
 
+/// Every log time.
+const ALL_TIME: std::ops::Range<f64> = f64::NEG_INFINITY..f64::INFINITY;
+
 /// The part of a recording that a morphology has to explain: some seconds of the
 /// walk, after the filter.
 #[derive(Debug, Clone)]
@@ -28,6 +34,7 @@ pub struct MeasuredWalk {
     phase: GaitPhase,
     stretch: Stretch,
     conditioned: Conditioned,
+    quality: LogQuality,
     warnings: Vec<String>,
 }
 
@@ -106,17 +113,18 @@ impl MeasuredWalk {
     ) -> Result<Self, AnswerError> {
         settings.check()?;
         let mut warnings = recording.notes.clone();
-        let recording = repair_time_stamps(
-            &recording.orientation,
-            settings.max_dropped_share,
-            &mut warnings,
-        )?;
+        let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
+        let quality = LogQuality::of(&recording, &settings.motion);
+        require_usable(&quality, &recording)?;
+        warnings.extend(quality.warnings());
+        let recording = recording.orientation;
         let start = match settings.motion_start_s {
             Some(start_s) => MotionStart {
                 start_s,
                 stood_before: true,
             },
-            None => MotionStart::find(&recording, &settings.motion)?,
+            None => MotionStart::find(&recording, &settings.motion)
+                .map_err(|still| blamed_on(quality.spoilt_within(ALL_TIME), still))?,
         };
         let start_of_window_s = match settings.from_s {
             Some(from_s) => from_s,
@@ -142,6 +150,11 @@ impl MeasuredWalk {
                 _ => what_is_left_s(&recording, start_of_window_s, settings.window_s),
             },
         };
+        let end_s = window.start_s + window.duration_s;
+        if let Some(finding) = quality.spoilt_within(window.start_s..end_s) {
+            return Err(finding.clone().into());
+        }
+        require_fast_enough(&quality, settings)?;
         let cut = window.cut(&recording, &settings.sampling)?;
         let conditioned = FourierFilter::new(settings.filter, window.duration_s)?.condition(&cut);
         let stretch = Stretch::new(&recording, window, phase, gait);
@@ -152,8 +165,14 @@ impl MeasuredWalk {
             phase,
             stretch,
             conditioned,
+            quality,
             warnings,
         })
+    }
+
+    /// What the recording says about itself.
+    pub fn quality(&self) -> &LogQuality {
+        &self.quality
     }
 
     /// The recording, its time stamps increasing.
@@ -190,6 +209,45 @@ impl MeasuredWalk {
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
+}
+
+/// Refuses a recording that is useless from end to end.
+fn require_usable(quality: &LogQuality, recording: &Recording) -> Result<(), AnswerError> {
+    let times_s = recording.orientation.times_s();
+    let throughout = quality.findings.iter().find(|finding| {
+        finding.severity == Severity::Useless
+            && times_s
+                .first()
+                .is_some_and(|first| finding.from_s <= *first)
+            && times_s.last().is_some_and(|last| finding.to_s >= *last)
+    });
+    if let Some(finding) = throughout {
+        return Err(finding.clone().into());
+    }
+    Ok(())
+}
+
+/// Refuses a recording whose sensor is slower than its time stamps, and too slow.
+fn require_fast_enough(
+    quality: &LogQuality,
+    settings: &IdentifySettings,
+) -> Result<(), AnswerError> {
+    let min_rate_hz = settings.sampling.min_rate_hz;
+    if quality.value_rate_hz < min_rate_hz && quality.sample_rate_hz >= min_rate_hz {
+        return Err(AnswerError::HeldValues {
+            value_rate_hz: quality.value_rate_hz,
+            sample_rate_hz: quality.sample_rate_hz,
+            min_rate_hz,
+        });
+    }
+    Ok(())
+}
+
+/// Why there is no answer: what spoils the recording, if anything does.
+fn blamed_on(finding: Option<&Finding>, otherwise: impl Into<AnswerError>) -> AnswerError {
+    finding
+        .cloned()
+        .map_or_else(|| otherwise.into(), AnswerError::from)
 }
 
 /// Damage that strikes late leaves less than a whole window: half of one will do.

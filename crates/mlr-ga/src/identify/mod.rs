@@ -123,6 +123,7 @@ pub fn identify(
         diverged: evaluations.diverged(),
         cost_per_generation: found.cost_per_generation,
         frequencies: found.frequencies,
+        log_quality: measured.quality().clone(),
         warnings: measured.warnings().to_vec(),
         signals: ComparedSignals {
             rate_hz: settings.filter.rate_hz,

@@ -1,8 +1,8 @@
 //! Roll, pitch and yaw as they are logged: as quaternions, or turned back at a border.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use mlr_filter::Axes;
+use mlr_filter::{Axes, unwrapped_rad};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// How far the norm of a quaternion may be off 1.
@@ -54,25 +54,17 @@ fn is_kept_within_a_turn(angles_rad: &[f64]) -> bool {
 }
 
 fn unwrap(angles_rad: &mut [f64]) {
-    let mut turns = 0.0;
     let mut before = angles_rad.first().copied().unwrap_or_default();
     for angle in angles_rad {
-        let step = *angle - before;
+        *angle = unwrapped_rad(before, *angle);
         before = *angle;
-        if step > PI {
-            turns -= 1.0;
-        } else if step < -PI {
-            turns += 1.0;
-        }
-        // Angles before the first jump keep their bits.
-        if turns != 0.0 {
-            *angle += turns * TAU;
-        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use proptest::prelude::*;
 
     use super::*;

@@ -69,6 +69,15 @@ pub struct Columns {
     pub(super) raw: [Column; 6],
 }
 
+/// What is wrong with how a column was read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Correction {
+    /// It is in this unit.
+    Unit(&'static str),
+    /// Its sign is the other one.
+    Sign,
+}
+
 /// A `--column` argument that makes no sense.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{argument:?} is not a column, expected {expected}")]
@@ -158,6 +167,27 @@ impl Columns {
         Ok(())
     }
 
+    /// The `--column` argument that reads the quantity `key` (as in `roll`) from where it is
+    /// read now, but in another unit, or with the other sign. `None` for unknown keys.
+    pub fn corrected(&self, key: &str, correction: Correction) -> Option<String> {
+        let column = self.all().find(|column| column.key == key)?;
+        let units = column.quantity.units();
+        let now = units
+            .iter()
+            .find(|(_, scale)| *scale == column.scale.abs())
+            .map_or("", |(name, _)| *name);
+        let (sign, unit) = match correction {
+            Correction::Unit(unit) => (column.scale < 0.0, unit),
+            Correction::Sign => (column.scale > 0.0, now),
+        };
+        let sign = if sign { "-" } else { "" };
+        let name = &column.name;
+        Some(as_typed(&match units.first() {
+            Some((default, _)) if *default == unit => format!("{key}={sign}{name}"),
+            _ => format!("{key}={sign}{name},{unit}"),
+        }))
+    }
+
     pub(super) fn all(&self) -> impl Iterator<Item = &Column> {
         std::iter::once(&self.time)
             .chain(&self.angles)
@@ -170,6 +200,16 @@ impl Columns {
             .chain(&mut self.angles)
             .chain(&mut self.quaternion)
             .chain(&mut self.raw)
+    }
+}
+
+/// A mapping as a person types it: what a shell would take apart is quoted.
+pub(super) fn as_typed(mapping: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "=,._/-:%+@".contains(c);
+    if mapping.chars().all(is_plain) {
+        format!("--column {mapping}")
+    } else {
+        format!("--column '{}'", mapping.replace('\'', "'\\''"))
     }
 }
 
@@ -210,6 +250,19 @@ mod tests {
             (columns.raw[2].name.as_str(), columns.raw[2].scale),
             ("a-z", -9.806_65)
         );
+    }
+
+    #[test]
+    fn a_correction_is_an_argument_that_can_be_typed() {
+        let mut columns = Columns::default();
+        columns.rename("roll=euler.x").unwrap();
+        let corrected = |key, correction| columns.corrected(key, correction).unwrap();
+        assert_eq!(
+            corrected("roll", Correction::Unit("deg")),
+            "--column roll=euler.x,deg"
+        );
+        assert_eq!(corrected("ay", Correction::Sign), "--column ay=-ay_mps2");
+        assert_eq!(columns.corrected("height", Correction::Sign), None);
     }
 
     #[test]

@@ -16,7 +16,7 @@ mod table;
 mod time_stamp;
 mod write;
 
-pub use columns::{ColumnError, Columns};
+pub use columns::{ColumnError, Columns, Correction};
 pub use error::{LogError, LogProblem};
 pub use limits::LogLimits;
 pub use read::read_log;

@@ -98,15 +98,15 @@ impl Recording {
                     orientation: raw.clone().fuse()?,
                     raw: Some(raw),
                     source: OrientationSource::Fused,
+                    columns: columns.clone(),
                     notes,
                 });
             }
         };
         let raw = if has_raw_beside {
-            let columns = [(); 6].map(|()| next());
-            let (columns, note) = without_gaps(columns);
+            let (samples, note) = without_gaps([(); 6].map(|()| next()));
             notes.extend(note);
-            columns.map(|columns| raw_series(times_s.clone(), columns))
+            samples.map(|samples| raw_series(times_s.clone(), samples))
         } else {
             None
         };
@@ -114,6 +114,7 @@ impl Recording {
             orientation: OrientationSeries::new(times_s, angles_rad)?,
             raw,
             source: OrientationSource::Recorded,
+            columns: columns.clone(),
             notes,
         })
     }

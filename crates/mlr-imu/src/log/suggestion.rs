@@ -1,6 +1,6 @@
 //! What to type for a column that is not there.
 
-use super::columns::{Column, Columns, Quantity};
+use super::columns::{Column, Columns, Quantity, as_typed};
 
 /// How alike two names must be, of 1 for the same (Jaro and Winkler).
 const ALIKE: f64 = 0.88;
@@ -259,13 +259,7 @@ fn argument(column: &Column, name: &str) -> Option<String> {
     let unit = unit.or(default.filter(|_| name.contains(',')));
     let unit = unit.map_or(String::new(), |unit| format!(",{unit}"));
     let mapping = format!("{}={name}{unit}", column.key);
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "=,._/-:%+@".contains(c);
-    Some(if mapping.chars().all(is_plain) {
-        format!("--column {mapping}")
-    } else {
-        // As a shell takes it.
-        format!("--column '{}'", mapping.replace('\'', "'\\''"))
-    })
+    Some(as_typed(&mapping))
 }
 
 #[cfg(test)]
