@@ -22,9 +22,11 @@ fn rows() -> Vec<Row> {
         .map(|i| {
             let time_s = f64::from(i) * 0.01;
             let moving_s = (time_s - 2.0).max(0.0);
-            let roll = 0.2 * (TAU * moving_s).sin();
-            let pitch = 0.05 * (2.0 * TAU * moving_s).sin() - 0.01;
-            [time_s, roll, pitch, 2.5 + 0.9 * moving_s]
+            // No sensor says the same twice.
+            let noise = |axis: i32| f64::from((i * 7919 + axis * 104_729) % 1009 - 504) * 2e-7;
+            let roll = 0.2 * (TAU * moving_s).sin() + noise(1);
+            let pitch = 0.05 * (2.0 * TAU * moving_s).sin() - 0.01 + noise(2);
+            [time_s, roll, pitch, 2.5 + 0.9 * moving_s + noise(3)]
         })
         .collect()
 }
