@@ -32,11 +32,12 @@ pub mod quality;
 mod recording;
 mod sample;
 mod sample_clock;
+mod small_file;
 
 pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
-    ColumnError, Columns, Correction, LogError, LogProblem, LogStream, LogTable, read_log,
-    write_log,
+    ColumnError, Columns, Correction, IN_BODY_AXES, LogColumn, LogError, LogLimits, LogProblem,
+    LogStream, LogTable, LogValues, read_log, write_log, write_log_to,
 };
 pub use mounting::Mounting;
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};
@@ -44,3 +45,4 @@ pub use new_file::NewFile;
 pub use recording::{OrientationSource, Recording};
 pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};
 pub use sample_clock::SampleClock;
+pub use small_file::{MAX_TEXT_BYTES, read_text};

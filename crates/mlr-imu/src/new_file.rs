@@ -1,6 +1,6 @@
 use std::{
     fs::File,
-    io,
+    io::{self, Seek},
     path::{Path, PathBuf},
 };
 
@@ -8,7 +8,8 @@ use std::{
 /// another.
 ///
 /// Nothing is left in the folder when the program is stopped while the content is still
-/// being worked out.
+/// being worked out, nor, where the system has files without a name (Linux), while it is
+/// written.
 #[derive(Debug)]
 pub struct NewFile {
     path: PathBuf,
@@ -40,21 +41,55 @@ impl NewFile {
         &self,
         content: impl FnOnce(&mut File) -> Result<(), E>,
     ) -> Result<u64, E> {
+        let mut file = tempfile::tempfile_in(folder_of(&self.path))?;
+        content(&mut file)?;
+        let size = file.metadata()?.len();
+        match give_name(&file, &self.path) {
+            Ok(()) => Ok(size),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                Err(already_exists().into())
+            }
+            // The system or the folder's file system cannot do that.
+            Err(_) => {
+                self.copy(&mut file)?;
+                Ok(size)
+            }
+        }
+    }
+
+    /// Puts the content into a file with a temporary name first, which then gets its own.
+    fn copy(&self, content: &mut File) -> io::Result<()> {
         #[cfg_attr(not(unix), allow(unused_mut, reason = "only Unix has modes"))]
         let mut builder = tempfile::Builder::new();
         // A temporary file's own default is private.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let mut file = builder.tempfile_in(folder_of(&self.path))?;
-        content(file.as_file_mut())?;
-        let size = file.as_file().metadata()?.len();
+        content.rewind()?;
+        io::copy(content, file.as_file_mut())?;
         file.persist_noclobber(&self.path)
             .map_err(|failure| match failure.error.kind() {
                 io::ErrorKind::AlreadyExists => already_exists(),
                 _ => failure.error,
             })?;
-        Ok(size)
+        Ok(())
     }
+}
+
+/// Gives a file without a name one, which no file may have yet.
+#[cfg(target_os = "linux")]
+fn give_name(file: &File, path: &Path) -> io::Result<()> {
+    use std::os::fd::AsRawFd;
+
+    use rustix::fs::{AtFlags, CWD, linkat};
+
+    let unnamed = format!("/proc/self/fd/{}", file.as_raw_fd());
+    Ok(linkat(CWD, unnamed, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn give_name(_: &File, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -104,6 +139,20 @@ mod tests {
             fs::write(&usual, "").unwrap();
             assert_eq!(mode(&path), mode(&usual));
         }
+    }
+
+    #[test]
+    fn a_file_system_without_unnamed_files_gets_a_copy() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("answer.json");
+        let file = NewFile::reserve(&path).unwrap();
+        let mut content = tempfile::tempfile().unwrap();
+        content.write_all(b"whole").unwrap();
+        file.copy(&mut content).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
+        let again = file.copy(&mut content).unwrap_err();
+        assert_eq!(again.kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(names(folder.path()), ["answer.json"]);
     }
 
     #[test]

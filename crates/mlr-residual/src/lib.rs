@@ -49,7 +49,7 @@ pub use progress::Progress;
 pub use report::{Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};
 pub use selection::{SelectionSettings, explain_sensor};
 pub use sensor::{
-    AngleUnit, AxisName, RateUnit, SensorColumns, SensorModel, SensorRecord, SensorSignals,
-    TimeUnit, Track, read_sensor_log,
+    AngleUnit, AxisName, RateUnit, SensorColumns, SensorLog, SensorModel, SensorRecord,
+    SensorSignals, TimeUnit, Track,
 };
 pub use transfer::{Transfer, TransferredEffect, apply_effects};

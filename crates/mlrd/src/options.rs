@@ -1,7 +1,8 @@
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::{Parser, builder::NonEmptyStringValueParser};
+use mlr_imu::{MAX_TEXT_BYTES, read_text};
 
 use crate::{FramingName, Settings};
 
@@ -61,7 +62,7 @@ impl Options {
         let mut settings = match &self.config {
             Some(path) => {
                 let name = || path.display().to_string();
-                let text = fs::read_to_string(path).with_context(name)?;
+                let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
                 Settings::checked_from_toml(&text).with_context(name)?
             }
             None => Settings::default(),
@@ -165,7 +166,7 @@ mod tests {
     fn a_bad_value_in_the_file_is_the_files() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mlrd.toml");
-        fs::write(&path, "# robot 7\nbaud = 0\n").unwrap();
+        std::fs::write(&path, "# robot 7\nbaud = 0\n").unwrap();
         let message = refused(&["--config", path.to_str().unwrap()]);
         assert!(
             message.contains("mlrd.toml: line 2: baud: 0 is not valid"),

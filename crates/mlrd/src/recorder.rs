@@ -7,7 +7,7 @@ use std::{
     time::SystemTime,
 };
 
-use mlr_imu::LogStream;
+use mlr_imu::{IN_BODY_AXES, LogStream};
 
 use crate::{sensor::Reading, settings::RecordSettings};
 
@@ -41,10 +41,7 @@ const PREFIX: &str = "walk-";
 const SUFFIX: &str = ".csv";
 /// The first line of a recording, around the version that wrote it. Whoever reads logs
 /// skips it.
-const MARK: (&str, &str) = (
-    "# mlrd ",
-    ": recorded in the body's axes (mounting applied)",
-);
+const MARK: (&str, &str) = ("# mlrd ", IN_BODY_AXES);
 /// The first line is no longer than this, whatever the version.
 const MARK_BYTES: u64 = 200;
 

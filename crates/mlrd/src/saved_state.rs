@@ -8,6 +8,7 @@ use std::{
 };
 
 use mlr_ga::Identification;
+use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_residual::walk::Sensing;
 use serde::{Deserialize, Serialize};
 
@@ -87,7 +88,7 @@ impl StateFile {
     /// # Errors
     /// When the file cannot be read, or not be set aside.
     pub fn load(&self) -> io::Result<(SavedState, Option<String>)> {
-        let text = match fs::read_to_string(&self.path) {
+        let text = match read_text(&self.path, MAX_TEXT_BYTES) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 return Ok((SavedState::default(), None));

@@ -1,10 +1,7 @@
 //! Everything about the daemon that can be chosen: one type for the
 //! configuration file and the command line.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::ValueEnum;
@@ -12,7 +9,7 @@ use mlr_filter::SettingError;
 use mlr_ga::{
     Configuration, ConfigurationError, IdentifySettings, LARGEST_SEED, checked_toml, most_threads,
 };
-use mlr_imu::{FullScale, Mounting};
+use mlr_imu::{FullScale, MAX_TEXT_BYTES, Mounting, read_text};
 use mlr_model::{Gait, Robot};
 use mlr_residual::walk::TracingSettings;
 use serde::{Deserialize, Serialize};
@@ -235,7 +232,7 @@ impl Settings {
             return Ok(Robot::jethexa());
         };
         let name = || path.display().to_string();
-        let text = fs::read_to_string(path).with_context(name)?;
+        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
         Robot::from_toml(&text).with_context(name)
     }
 
@@ -244,7 +241,7 @@ impl Settings {
             return Ok(Gait::tripod());
         };
         let name = || path.display().to_string();
-        let text = fs::read_to_string(path).with_context(name)?;
+        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
         Gait::from_toml(&text).with_context(name)
     }
 }

@@ -1,10 +1,10 @@
 use std::{
-    fs,
-    io::{self, Write},
+    fs::File,
+    io::{self, BufRead as _, BufReader, Read, Write},
     path::Path,
 };
 
-use crc::{CRC_64_XZ, Crc};
+use crc::{CRC_64_XZ, Crc, Digest};
 use mlr_model::{Gait, LostLinks, ModelError, Robot, Variation};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -59,6 +59,12 @@ const MAGIC: &[u8; 8] = b"MLRATLAS";
 const VERSION: u32 = 1;
 const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const CRC_LENGTH: usize = 8;
+/// Magic, version and length of the header.
+const SIZE_BEFORE_HEADER: usize = MAGIC.len() + 4 + 4;
+/// The most that is read of a header.
+const MAX_HEADER_BYTES: u32 = 10_000_000;
+/// The longest walk that is read: an hour.
+const MAX_WALK_SAMPLES: usize = 100_000;
 /// Samples begin at a multiple of this.
 const ALIGNMENT: usize = 64;
 /// What one count of a sample is worth.
@@ -168,36 +174,92 @@ impl Header {
     }
 }
 
-pub(super) fn read(path: &Path) -> Result<(Header, Vec<i16>), AtlasProblem> {
-    let bytes = fs::read(path)?;
-    let (magic, rest) = bytes.split_first_chunk().ok_or(AtlasProblem::NoAtlas)?;
-    if magic != MAGIC {
-        return Err(AtlasProblem::NoAtlas);
+/// An atlas whose header has been read and whose samples have not.
+pub(super) struct AtlasReader {
+    pub(super) header: Header,
+    file: BufReader<File>,
+    /// The check sum of what was read.
+    digest: Digest<'static, u64>,
+}
+
+impl AtlasReader {
+    /// Reads the header. What is no atlas is refused after its first bytes.
+    pub(super) fn open(path: &Path) -> Result<Self, AtlasProblem> {
+        let mut file = BufReader::new(File::open(path)?);
+        let mut digest = CRC.digest();
+        let mut magic = [0; MAGIC.len()];
+        match file.read_exact(&mut magic) {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                return Err(AtlasProblem::NoAtlas);
+            }
+            result => result?,
+        }
+        if &magic != MAGIC {
+            return Err(AtlasProblem::NoAtlas);
+        }
+        digest.update(&magic);
+        let found = u32::from_le_bytes(next(&mut file, &mut digest)?);
+        if found != VERSION {
+            return Err(AtlasProblem::OtherFormat { found });
+        }
+        let length = u32::from_le_bytes(next(&mut file, &mut digest)?);
+        if length > MAX_HEADER_BYTES {
+            return Err(AtlasProblem::Damaged);
+        }
+        let length = length as usize;
+        let mut text = vec![0; samples_begin(length) - SIZE_BEFORE_HEADER];
+        file.read_exact(&mut text).map_err(truncated)?;
+        digest.update(&text);
+        let header: Header = serde_json::from_slice(text.get(..length).unwrap_or_default())?;
+        if header.walk_samples == 0 || header.walk_samples > MAX_WALK_SAMPLES {
+            return Err(AtlasProblem::Damaged);
+        }
+        Ok(Self {
+            header,
+            file,
+            digest,
+        })
     }
-    let (version, rest) = rest.split_first_chunk().ok_or(AtlasProblem::Truncated)?;
-    let found = u32::from_le_bytes(*version);
-    if found != VERSION {
-        return Err(AtlasProblem::OtherFormat { found });
+
+    /// Reads the samples, which must be so many, and nothing behind them but their check sum.
+    pub(super) fn samples(mut self, count: usize) -> Result<(Header, Vec<i16>), AtlasProblem> {
+        // Memory is taken as samples come, not as a header promises them.
+        let mut samples = Vec::new();
+        let mut chunk = [0; 1 << 16];
+        while samples.len() < count {
+            let bytes = (2 * (count - samples.len())).min(chunk.len());
+            let Some(chunk) = chunk.get_mut(..bytes) else {
+                break;
+            };
+            self.file.read_exact(chunk).map_err(truncated)?;
+            self.digest.update(chunk);
+            let (pairs, _) = chunk.as_chunks::<2>();
+            samples.extend(pairs.iter().map(|bytes| i16::from_le_bytes(*bytes)));
+        }
+        let mut crc = [0; CRC_LENGTH];
+        self.file.read_exact(&mut crc).map_err(truncated)?;
+        if self.digest.finalize() != u64::from_le_bytes(crc) {
+            return Err(AtlasProblem::Damaged);
+        }
+        if !self.file.fill_buf()?.is_empty() {
+            return Err(AtlasProblem::Truncated);
+        }
+        Ok((self.header, samples))
     }
-    let (content, crc) = bytes
-        .split_last_chunk::<CRC_LENGTH>()
-        .ok_or(AtlasProblem::Truncated)?;
-    if CRC.checksum(content) != u64::from_le_bytes(*crc) {
-        return Err(AtlasProblem::Damaged);
+}
+
+fn next(file: &mut impl Read, digest: &mut Digest<'_, u64>) -> Result<[u8; 4], AtlasProblem> {
+    let mut bytes = [0; 4];
+    file.read_exact(&mut bytes).map_err(truncated)?;
+    digest.update(&bytes);
+    Ok(bytes)
+}
+
+fn truncated(error: io::Error) -> AtlasProblem {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => AtlasProblem::Truncated,
+        _ => AtlasProblem::Io(error),
     }
-    let (length, rest) = rest.split_first_chunk().ok_or(AtlasProblem::Truncated)?;
-    let length = u32::from_le_bytes(*length) as usize;
-    let header = rest.get(..length).ok_or(AtlasProblem::Truncated)?;
-    let header: Header = serde_json::from_slice(header)?;
-    let begin = samples_begin(length);
-    let samples = content.get(begin..).ok_or(AtlasProblem::Truncated)?;
-    let samples = samples
-        .as_chunks::<2>()
-        .0
-        .iter()
-        .map(|bytes| i16::from_le_bytes(*bytes))
-        .collect();
-    Ok((header, samples))
 }
 
 pub(super) fn write(
@@ -223,5 +285,5 @@ pub(super) fn write(
 }
 
 fn samples_begin(header_length: usize) -> usize {
-    (MAGIC.len() + 4 + 4 + header_length).next_multiple_of(ALIGNMENT)
+    (SIZE_BEFORE_HEADER + header_length).next_multiple_of(ALIGNMENT)
 }

@@ -17,7 +17,7 @@ use crate::{
     comparison::ComparableWalk,
     walks::{Case, Look, WalkSource, Walked},
 };
-use file::{Header, SAMPLE_DEG};
+use file::{AtlasReader, Header, SAMPLE_DEG};
 
 /// The walks of every feasible morphology of one robot with one gait on the nominal
 /// model, and of those with few damaged legs under its variations.
@@ -69,9 +69,9 @@ impl Atlas {
         settings: &IdentifySettings,
     ) -> Result<Self, AtlasError> {
         let read = || {
-            let (header, samples) = file::read(path)?;
-            header.check(robot, gait, settings)?;
-            let atlas = Self::new(header, samples, robot)?;
+            let reader = AtlasReader::open(path)?;
+            reader.header.check(robot, gait, settings)?;
+            let atlas = Self::new(reader, robot)?;
             atlas.check_engine(robot, gait, settings)?;
             Ok(atlas)
         };
@@ -91,7 +91,8 @@ impl Atlas {
         self.samples.len() / (AXES * self.header.walk_samples)
     }
 
-    fn new(header: Header, samples: Vec<i16>, robot: &Robot) -> Result<Self, AtlasProblem> {
+    fn new(reader: AtlasReader, robot: &Robot) -> Result<Self, AtlasProblem> {
+        let header = &reader.header;
         let mut places = BTreeMap::new();
         let mut few_places = BTreeMap::new();
         for morphology in robot.layout().enumerate() {
@@ -101,7 +102,7 @@ impl Atlas {
             places.insert(morphology, places.len());
         }
         let mut cases = BTreeMap::new();
-        let mut walks = 0;
+        let mut walks = 0_usize;
         for case in header.cases() {
             let few_only = case.variation > 0;
             let block = Block {
@@ -115,9 +116,8 @@ impl Atlas {
                 places.len()
             };
         }
-        if samples.len() != walks * AXES * header.walk_samples {
-            return Err(AtlasProblem::Truncated);
-        }
+        let count = walks.saturating_mul(AXES * header.walk_samples);
+        let (header, samples) = reader.samples(count)?;
         Ok(Self {
             header,
             samples,

@@ -42,6 +42,7 @@ pub(super) fn run(options: &AtlasOptions) -> anyhow::Result<()> {
     let settings = model_files::configuration(options.config.as_deref())?.identification;
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
+    output::refuse_stdout(&options.output)?;
     let plan = atlas::AtlasPlan::default();
     let bar = Bar::new();
     let built = atlas::build(&options.output, &robot, &gait, &settings, plan, &bar);

@@ -4,22 +4,26 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
+use mlr_imu::read_text;
 use mlr_residual::{
     AngleUnit, Effect, RateUnit, SelectionSettings, SensorColumns, SensorError, SensorExplanation,
-    SensorRecord, TimeUnit, Transfer, apply_effects, explain_sensor, read_sensor_log,
+    SensorLog, SensorRecord, TimeUnit, Transfer, apply_effects, explain_sensor,
 };
 use serde::{Deserialize, Serialize};
 
-use super::output;
+use super::{log_file::LimitOptions, output};
 
 /// Version of the JSON output.
 const SCHEMA: &str = "mlr.explanation/1";
+/// The most that is read of an earlier report.
+const MAX_REPORT_BYTES: u64 = 10_000_000;
 
 #[derive(Debug, Args)]
 pub(super) struct ExplainSensorOptions {
     /// The log: .csv or .csv.gz with the columns named by --time, --rate and --angle. Other rates,
     /// accelerations and the temperature of the same sensor are found by their names: g2y_dps,
-    /// g2z_dps, a2x_g, a2y_g, a2z_g (or _mps2) beside g2x_dps, and temperature_c.
+    /// g2z_dps, a2x_g, a2y_g, a2z_g (or _mps2) beside g2x_dps, and temperature_c. - reads
+    /// standard input.
     log: PathBuf,
     /// The gyroscope's rate: COLUMN[,dps|radps] [default unit: as the name ends, else dps].
     #[arg(long, value_name = "COLUMN")]
@@ -44,6 +48,8 @@ pub(super) struct ExplainSensorOptions {
     /// Apply the effects of an earlier JSON report as they are, instead of looking for any.
     #[arg(long, value_name = "FILE")]
     apply: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitOptions,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -77,7 +83,15 @@ struct Earlier {
 pub(super) fn run(options: &ExplainSensorOptions) -> anyhow::Result<()> {
     let columns = options.columns()?;
     let earlier = options.apply.as_deref().map(earlier_effects).transpose()?;
-    let (signals, angle_deg) = read_sensor_log(&options.log, &columns)?;
+    let read = |table| SensorLog::from_table(table, &columns);
+    let SensorLog {
+        signals,
+        angle_deg,
+        notes,
+    } = options.limits.read(&options.log, read)?;
+    for note in &notes {
+        output::warning(note);
+    }
     let blame = |error: SensorError| {
         let of_the_log = error.is_recordings_fault();
         let error = anyhow::Error::from(error);
@@ -196,7 +210,7 @@ fn column<U: Copy>(argument: &str, units: &[(&str, U)]) -> anyhow::Result<(Strin
 
 fn earlier_effects(path: &Path) -> anyhow::Result<Vec<Effect>> {
     let name = || path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(name)?;
+    let text = read_text(path, MAX_REPORT_BYTES).with_context(name)?;
     let earlier: Earlier = serde_json::from_str(&text).with_context(name)?;
     if earlier.schema != SCHEMA {
         return Err(anyhow!(

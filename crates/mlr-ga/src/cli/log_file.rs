@@ -1,21 +1,63 @@
 //! The log that a command reads.
 
-use std::path::PathBuf;
+use std::{
+    io::{self, Read},
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::AnswerError;
-use mlr_imu::{Columns, Recording, read_log};
+use mlr_imu::{Columns, LogError, LogLimits, LogProblem, LogTable, Recording};
+
+/// What stands for standard input as the name of a log.
+const STDIN: &str = "-";
 
 #[derive(Debug, Args)]
 pub(super) struct LogFile {
-    /// The log: .csv or .csv.gz with the columns t_s and either roll_rad, pitch_rad, yaw_rad or raw
-    /// samples ax_mps2, ay_mps2, az_mps2, gx_radps, gy_radps, gz_radps, which are then fused.
+    /// The log: .csv or .csv.gz with the columns t_s and either roll_rad, pitch_rad, yaw_rad, or a
+    /// quaternion qw, qx, qy, qz, or raw samples ax_mps2, ay_mps2, az_mps2, gx_radps, gy_radps,
+    /// gz_radps, which are then fused. Fields may be separated by commas, semicolons, tabs or
+    /// spaces; times may be numbers or dates. - reads standard input.
     log: PathBuf,
-    /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw, ax, ay, az, gx,
-    /// gy, gz and the units s, ms, us, ns; rad, deg; mps2, g; radps, dps.
+    /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw, qw, qx, qy,
+    /// qz, ax, ay, az, gx, gy, gz and the units s, ms, us, ns; rad, deg; mps2, g; radps, dps.
+    /// QUANTITY=-NAME turns the sign, as in ay=-ay_mps2.
     #[arg(long, value_name = "MAPPING")]
     column: Vec<String>,
+    #[command(flatten)]
+    limits: LimitOptions,
+}
+
+/// How much of a log is read.
+#[derive(Debug, Args)]
+pub(super) struct LimitOptions {
+    /// The most rows that are read of a log; a longer one is refused.
+    #[arg(long, value_name = "N", default_value_t = LogLimits::default().max_rows)]
+    max_rows: u64,
+}
+
+impl LimitOptions {
+    /// Opens a log, or standard input for `-`, and reads it.
+    pub(super) fn read<T>(
+        &self,
+        path: &Path,
+        read: impl FnOnce(LogTable<Box<dyn Read>>) -> Result<T, LogProblem>,
+    ) -> Result<T, LogError> {
+        let limits = LogLimits {
+            max_rows: self.max_rows,
+            ..LogLimits::default()
+        };
+        let table = if path.as_os_str() == STDIN {
+            LogTable::from_bytes(io::stdin(), limits)
+        } else {
+            LogTable::open(path, limits)
+        };
+        table.and_then(read).map_err(|problem| LogError {
+            path: path.into(),
+            problem,
+        })
+    }
 }
 
 impl LogFile {
@@ -24,7 +66,9 @@ impl LogFile {
     }
 
     pub(super) fn read(&self) -> anyhow::Result<Recording> {
-        Ok(read_log(&self.log, &self.columns()?)?)
+        let columns = self.columns()?;
+        let read = |table| Recording::from_table(table, &columns);
+        Ok(self.limits.read(&self.log, read)?)
     }
 
     fn columns(&self) -> anyhow::Result<Columns> {

@@ -68,6 +68,7 @@ pub(crate) fn run() -> ExitCode {
 }
 
 fn execute(cli: &Cli) -> anyhow::Result<()> {
+    output::outlive_file_size_limits()?;
     if let Some(threads) = cli.global.threads {
         let most = most_threads();
         SettingError::check("--threads", threads, 1..=most, "threads on this machine")?;

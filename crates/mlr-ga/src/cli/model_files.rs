@@ -1,13 +1,11 @@
 //! Robot and gait, embedded or from the user's files, their atlas, and settings.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::{Configuration, IdentifySettings, atlas::Atlas, checked_toml};
+use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
 use mlr_residual::walk::TracingSettings;
 
@@ -93,6 +91,6 @@ where
 {
     let Some(path) = path else { return Ok(None) };
     let name = || path.display().to_string();
-    let text = fs::read_to_string(path).with_context(name)?;
+    let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
     parse(&text).map(Some).with_context(name)
 }

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use mlr_filter::{OrientationSeries, SettingError};
 use mlr_ga::LARGEST_SEED;
-use mlr_imu::write_log;
+use mlr_imu::{write_log, write_log_to};
 use mlr_model::{
     GroundContact, LegLayout, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
     Simulator, Terrain,
@@ -21,7 +21,8 @@ const SCHEMA: &str = "mlr.simulation/1";
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateOptions {
-    /// The log to write: .csv or .csv.gz. An existing file is never overwritten.
+    /// The log to write: .csv or .csv.gz. An existing file is never overwritten. - writes CSV to
+    /// stdout, in place of the sentence or the JSON object.
     #[arg(short, long, value_name = "LOG")]
     output: PathBuf,
     /// Numbers of the legs that are lost altogether, as in 3,4.
@@ -119,6 +120,11 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
         .map(|gait_time_s| gait_time_s + options.stand_s)
         .collect();
     let log = OrientationSeries::new(times_s, orientation.angles_rad().clone())?;
+    if options.output.as_os_str() == output::STDOUT {
+        let mut text = Vec::new();
+        write_log_to(&mut text, &log)?;
+        return Ok(output::result(&String::from_utf8(text)?)?);
+    }
     write_log(&options.output, &log)?;
     output::result(&options.report(&morphology, log.len()))?;
     Ok(())

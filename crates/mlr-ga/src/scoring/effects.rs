@@ -1,7 +1,8 @@
 //! Explanations against what was done to the robots.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
+use mlr_imu::read_text;
 use mlr_model::LegLayout;
 use mlr_residual::walk::{
     ByAxis, RemainingResidual, Reported, StretchErrors, TracedEffect, WalkExplanation,
@@ -9,7 +10,7 @@ use mlr_residual::walk::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    truth::{FILE, Truth, TruthError, read_truths},
+    truth::{FILE, MAX_BYTES, Truth, TruthError, read_truths},
     visibility::{TrueTrace, Visibility},
 };
 
@@ -74,7 +75,7 @@ pub fn read_effects_truths(
         path: path.clone(),
         problem,
     };
-    let text = fs::read_to_string(&path).map_err(|error| fail(error.to_string()))?;
+    let text = read_text(&path, MAX_BYTES).map_err(|error| fail(error.to_string()))?;
     let mut entries: BTreeMap<String, Entry> =
         serde_json::from_str(&text).map_err(|error| fail(error.to_string()))?;
     Ok(truths

@@ -1,9 +1,9 @@
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
+use mlr_imu::read_text;
 use mlr_model::{LegLayout, Morphology};
 use serde::Deserialize;
 use thiserror::Error;
@@ -36,6 +36,8 @@ struct Entry {
 
 /// Name of the file that says what was done to the robot of each log.
 pub(super) const FILE: &str = "truth.json";
+/// The most that is read of it: some ten thousand logs.
+pub(super) const MAX_BYTES: u64 = 50_000_000;
 
 /// Reads a directory's `truth.json`: one object per log, with at least its
 /// `morphology`.
@@ -48,7 +50,7 @@ pub fn read_truths(directory: &Path, layout: &LegLayout) -> Result<Vec<Truth>, T
         path: path.clone(),
         problem,
     };
-    let text = fs::read_to_string(&path).map_err(|error| fail(error.to_string()))?;
+    let text = read_text(&path, MAX_BYTES).map_err(|error| fail(error.to_string()))?;
     let entries: BTreeMap<String, Entry> =
         serde_json::from_str(&text).map_err(|error| fail(error.to_string()))?;
     entries
@@ -73,6 +75,8 @@ pub fn read_truths(directory: &Path, layout: &LegLayout) -> Result<Vec<Truth>, T
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -11,18 +11,21 @@ pub(super) enum Quantity {
     Angle,
     Acceleration,
     Rate,
+    /// An element of a quaternion, which has no unit.
+    Element,
 }
 
 impl Quantity {
     /// Units by name and what their numbers are multiplied by to give s, rad,
     /// m/s² or rad/s; the first is the default.
-    fn units(self) -> &'static [(&'static str, f64)] {
+    pub(super) fn units(self) -> &'static [(&'static str, f64)] {
         const DEGREE: f64 = std::f64::consts::PI / 180.0;
         match self {
             Self::Time => &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)],
             Self::Angle => &[("rad", 1.0), ("deg", DEGREE)],
             Self::Acceleration => &[("mps2", 1.0), ("g", STANDARD_GRAVITY_MPS2)],
             Self::Rate => &[("radps", 1.0), ("dps", DEGREE)],
+            Self::Element => &[],
         }
     }
 }
@@ -31,10 +34,12 @@ impl Quantity {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     /// What it is called in a `--column` argument.
-    key: &'static str,
-    quantity: Quantity,
+    pub(super) key: &'static str,
+    pub(super) quantity: Quantity,
     pub(super) name: String,
     pub(super) scale: f64,
+    /// Whether the name is that of a `--column` argument.
+    pub(super) is_mapped: bool,
 }
 
 impl Column {
@@ -44,18 +49,22 @@ impl Column {
             quantity,
             name: name.into(),
             scale: 1.0,
+            is_mapped: false,
         }
     }
 }
 
 /// The columns of a log. The defaults are the names that this project writes:
 /// `t_s`; `roll_rad`, `pitch_rad`, `yaw_rad`; and of raw samples `ax_mps2`,
-/// `ay_mps2`, `az_mps2`, `gx_radps`, `gy_radps`, `gz_radps`.
+/// `ay_mps2`, `az_mps2`, `gx_radps`, `gy_radps`, `gz_radps`. The elements of a quaternion are
+/// looked for as `qw`, `qx`, `qy`, `qz`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Columns {
     pub(super) time: Column,
     /// Roll, pitch, yaw.
     pub(super) angles: [Column; 3],
+    /// w, x, y, z of the rotation from body to world.
+    pub(super) quaternion: [Column; 4],
     /// Acceleration along x, y, z, then rate about x, y, z.
     pub(super) raw: [Column; 6],
 }
@@ -79,7 +88,7 @@ pub struct ColumnError {
 
 impl Default for Columns {
     fn default() -> Self {
-        use Quantity::{Acceleration, Angle, Rate, Time};
+        use Quantity::{Acceleration, Angle, Element, Rate, Time};
         Self {
             time: Column::new("t", Time, "t_s"),
             angles: [
@@ -87,6 +96,7 @@ impl Default for Columns {
                 Column::new("pitch", Angle, "pitch_rad"),
                 Column::new("yaw", Angle, "yaw_rad"),
             ],
+            quaternion: ["qw", "qx", "qy", "qz"].map(|key| Column::new(key, Element, key)),
             raw: [
                 Column::new("ax", Acceleration, "ax_mps2"),
                 Column::new("ay", Acceleration, "ay_mps2"),
@@ -101,9 +111,12 @@ impl Default for Columns {
 
 impl Columns {
     /// Maps a foreign name: `roll=NAME,deg`. The quantity is `t`, `roll`, `pitch`,
-    /// `yaw`, `ax`, `ay`, `az`, `gx`, `gy` or `gz`; the unit `s`, `ms`, `us` or `ns`
-    /// for time, `rad` or `deg` for angles, `mps2` or `g` for accelerations, `radps`
+    /// `yaw`, `qw`, `qx`, `qy`, `qz`, `ax`, `ay`, `az`, `gx`, `gy` or `gz`; the unit `s`, `ms`,
+    /// `us` or `ns` for time, `rad` or `deg` for angles, `mps2` or `g` for accelerations, `radps`
     /// or `dps` for rates. Without a unit, the first of these.
+    ///
+    /// A minus before the name turns the sign of the numbers: `ay=-ay_mps2`, `az=-az_mps2`,
+    /// `gy=-gy_radps` and `gz=-gz_radps` make a body frame with z up of one with z down.
     ///
     /// # Errors
     /// [`ColumnError`] saying what was expected.
@@ -114,10 +127,14 @@ impl Columns {
         };
         let (key, source) = argument
             .split_once('=')
-            .ok_or_else(|| error("QUANTITY=NAME or QUANTITY=NAME,UNIT".into()))?;
+            .ok_or_else(|| error("QUANTITY=NAME, QUANTITY=NAME,UNIT or QUANTITY=-NAME".into()))?;
         let (name, unit) = match source.rsplit_once(',') {
             Some((name, unit)) => (name.trim(), Some(unit.trim())),
             None => (source.trim(), None),
+        };
+        let (name, sign) = match name.strip_prefix('-') {
+            Some(name) => (name.trim(), -1.0),
+            None => (name, 1.0),
         };
         if name.is_empty() {
             return Err(error("a name after the equals sign".into()));
@@ -127,16 +144,26 @@ impl Columns {
             .all_mut()
             .find(|column| column.key == key.trim())
             .ok_or_else(|| error(format!("one of the quantities {keys}")))?;
+        if sign < 0.0 && column.quantity == Quantity::Time {
+            return Err(error("no sign: time runs forward".into()));
+        }
         let units = column.quantity.units();
-        let (_, scale) = units
-            .iter()
-            .find(|(name, _)| unit.is_none_or(|unit| unit == *name))
-            .ok_or_else(|| {
-                let names = listed(units.iter().map(|(name, _)| *name));
-                error(format!("one of the units {names}"))
-            })?;
+        let scale = match (unit, units) {
+            (None, []) => 1.0,
+            (None, [(_, scale), ..]) => *scale,
+            (Some(_), []) => return Err(error("no unit: a quaternion has none".into())),
+            (Some(unit), units) => units
+                .iter()
+                .find(|(name, _)| *name == unit)
+                .map(|(_, scale)| *scale)
+                .ok_or_else(|| {
+                    let names = listed(units.iter().map(|(name, _)| *name));
+                    error(format!("one of the units {names}"))
+                })?,
+        };
         column.name = name.into();
-        column.scale = *scale;
+        column.scale = sign * scale;
+        column.is_mapped = true;
         Ok(())
     }
 
@@ -155,22 +182,34 @@ impl Columns {
         };
         let sign = if sign { "-" } else { "" };
         let name = &column.name;
-        Some(match units.first() {
-            Some((default, _)) if *default == unit => format!("--column {key}={sign}{name}"),
-            _ => format!("--column {key}={sign}{name},{unit}"),
-        })
+        Some(as_typed(&match units.first() {
+            Some((default, _)) if *default == unit => format!("{key}={sign}{name}"),
+            _ => format!("{key}={sign}{name},{unit}"),
+        }))
     }
 
-    fn all(&self) -> impl Iterator<Item = &Column> {
+    pub(super) fn all(&self) -> impl Iterator<Item = &Column> {
         std::iter::once(&self.time)
             .chain(&self.angles)
+            .chain(&self.quaternion)
             .chain(&self.raw)
     }
 
     fn all_mut(&mut self) -> impl Iterator<Item = &mut Column> {
         std::iter::once(&mut self.time)
             .chain(&mut self.angles)
+            .chain(&mut self.quaternion)
             .chain(&mut self.raw)
+    }
+}
+
+/// A mapping as a person types it: what a shell would take apart is quoted.
+pub(super) fn as_typed(mapping: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "=,._/-:%+@".contains(c);
+    if mapping.chars().all(is_plain) {
+        format!("--column {mapping}")
+    } else {
+        format!("--column '{}'", mapping.replace('\'', "'\\''"))
     }
 }
 
@@ -194,6 +233,23 @@ mod tests {
         assert_eq!(columns.time.scale, 1e-9);
         assert_eq!(columns.angles[2].scale, 1.0);
         assert_eq!(columns.raw[2].scale, 9.806_65);
+        columns.rename("qx=orientation.x").unwrap();
+        assert_eq!(columns.quaternion[1].name, "orientation.x");
+    }
+
+    #[test]
+    fn a_minus_turns_the_sign() {
+        let mut columns = Columns::default();
+        columns.rename("ay=-ay_mps2").unwrap();
+        columns.rename("az=-a-z,g").unwrap();
+        assert_eq!(
+            (columns.raw[1].name.as_str(), columns.raw[1].scale),
+            ("ay_mps2", -1.0)
+        );
+        assert_eq!(
+            (columns.raw[2].name.as_str(), columns.raw[2].scale),
+            ("a-z", -9.806_65)
+        );
     }
 
     #[test]
@@ -219,6 +275,9 @@ mod tests {
             ("t=x,deg", "units s, ms"),
             ("gx=x,g", "units radps, dps"),
             ("roll=", "a name"),
+            ("roll=-", "a name"),
+            ("t=-time", "time runs forward"),
+            ("qw=w,rad", "a quaternion has none"),
         ] {
             let message = columns.rename(argument).unwrap_err().to_string();
             assert!(message.contains(expected), "{argument}: {message}");

@@ -40,7 +40,7 @@ pub enum LogProblem {
     #[error("has a header but no samples")]
     NoSamples,
     /// A column is not there.
-    #[error("line {line}: no column {column:?}, found {found}")]
+    #[error("line {line}: no column {column:?}, found {found}{hint}")]
     MissingColumn {
         /// Line of the header.
         line: u64,
@@ -48,9 +48,11 @@ pub enum LogProblem {
         column: String,
         /// The names that are there.
         found: String,
+        /// What to type instead.
+        hint: String,
     },
     /// A column's name is there twice.
-    #[error("line {line}: column {column:?} appears more than once")]
+    #[error("line {line}: column {column:?} appears more than once (capitals make no difference)")]
     AmbiguousColumn {
         /// Line of the header.
         line: u64,
@@ -85,5 +87,75 @@ pub enum LogProblem {
     NotText {
         /// Line in the file, from 1.
         line: u64,
+    },
+    /// Commas that could separate decimals as well as thousands.
+    #[error(
+        "line {line}, column {column:?}: the comma of {text:?} may separate decimals or thousands, \
+         and no other number tells which; expected decimal points"
+    )]
+    AmbiguousComma {
+        /// Line of the first such number, from 1.
+        line: u64,
+        /// Name of its column.
+        column: String,
+        /// What is there.
+        text: String,
+    },
+    /// Four numbers that are no orientation.
+    #[error(
+        "line {line}: the quaternion of columns {columns} has the norm {norm:.3}, expected 1 \
+         within 2 %"
+    )]
+    NotUnitQuaternion {
+        /// Line in the file, from 1.
+        line: u64,
+        /// The names of the columns.
+        columns: String,
+        /// What was found.
+        norm: f64,
+    },
+    /// A line without an end.
+    #[error(
+        "line {line}: is longer than {max_bytes} bytes, the most that is read of a line; expected \
+         one row of numbers on each line"
+    )]
+    LineTooLong {
+        /// Line in the file, from 1.
+        line: u64,
+        /// The limit.
+        max_bytes: usize,
+    },
+    /// More columns than any log has.
+    #[error(
+        "line {line}: has more than {max_columns} columns, the most that are read; leave out those \
+         that are not needed"
+    )]
+    TooManyColumns {
+        /// Line in the file, from 1.
+        line: u64,
+        /// The limit.
+        max_columns: usize,
+    },
+    /// A log that is too long.
+    #[error(
+        "line {line}: has more than {max_rows} rows, the most that are read; keep only the stretch \
+         around the walk, or allow more with --max-rows"
+    )]
+    TooManyRows {
+        /// Line of the first row too many, from 1.
+        line: u64,
+        /// The limit.
+        max_rows: u64,
+    },
+    /// A log that is too large.
+    #[error(
+        "line {line}: has more than {} MB of text, the most that is read; keep only the stretch \
+         around the walk, or the columns that are needed", max_bytes / 1_000_000
+    )]
+    TooMuchText {
+        /// Line in the file, from 1.
+        line: u64,
+        /// The limit.
+        max_bytes: u64,
     },
 }

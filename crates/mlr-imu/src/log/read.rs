@@ -5,23 +5,197 @@ use std::{io::Read, path::Path};
 use mlr_filter::{Axes, OrientationSeries};
 use nalgebra::Vector3;
 
-use super::{Columns, LogError, LogProblem, LogTable, columns::Column};
+use super::{
+    Columns, LogColumn, LogError, LogLimits, LogProblem, LogTable, angles, columns::Column,
+    excerpt::shortened, suggestion,
+};
 use crate::{OrientationSource, RawSeries, Recording};
 
-/// Reads a CSV file, plain or gzipped (told by its first bytes, not by its name): roll,
-/// pitch and yaw over time, and the six raw columns of accelerometer and gyroscope.
-/// Either may be missing; raw samples without angles are fused ([`RawSeries::fuse`]).
-/// Other columns are ignored. Time stamps are taken as they are.
+/// Share of the rows that may lack raw samples beside an orientation.
+const MAX_MISSING_RAW_SHARE: f64 = 0.01;
+
+/// Reads a log file within the default [`LogLimits`]: see [`Recording::from_table`].
 ///
 /// # Errors
 /// [`LogError`] naming file and, where it applies, line and column.
 pub fn read_log(path: &Path, columns: &Columns) -> Result<Recording, LogError> {
-    LogTable::open(path)
-        .and_then(|table| parse(table, columns))
+    LogTable::open(path, LogLimits::default())
+        .and_then(|table| Recording::from_table(table, columns))
         .map_err(|problem| LogError {
             path: path.into(),
             problem,
         })
+}
+
+/// Which columns an orientation is read from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Source {
+    Angles,
+    Quaternion,
+    RawSamples,
+}
+
+impl Recording {
+    /// Reads roll, pitch and yaw over time, and the six raw columns of accelerometer and
+    /// gyroscope. Either may be missing. Where there are no angles, they are those of a quaternion,
+    /// or fused from the raw samples ([`RawSeries::fuse`]). Angles that jump by a turn at ±π or 2π
+    /// are unwrapped. Other columns are ignored. Time stamps are taken as they are; dates count
+    /// from the first.
+    ///
+    /// # Errors
+    /// [`LogProblem`] naming line and column.
+    pub fn from_table(table: LogTable<impl Read>, columns: &Columns) -> Result<Self, LogProblem> {
+        let in_body_axes = table.is_in_body_axes();
+        let has_raw = has_all(&table, &columns.raw);
+        let source = source(&table, columns, has_raw);
+        let found = |column: &Column| {
+            let index = table.find(&column.name);
+            index.map_err(|problem| with_hint(problem, columns, table.names()))
+        };
+        let mut wanted = vec![LogColumn::of_times(
+            found(&columns.time)?,
+            columns.time.scale,
+        )];
+        let oriented: &[Column] = match source {
+            Source::Angles => &columns.angles,
+            Source::Quaternion => &columns.quaternion,
+            Source::RawSamples => &columns.raw,
+        };
+        for column in oriented {
+            wanted.push(LogColumn::of_numbers(found(column)?, column.scale));
+        }
+        let has_raw_beside = has_raw && source != Source::RawSamples;
+        if has_raw_beside {
+            for column in &columns.raw {
+                wanted.push(LogColumn::of_optional_numbers(found(column)?, column.scale));
+            }
+        }
+        let mut notes = notes_on_mapped(&table, columns);
+        let norm_is_checked = source == Source::Quaternion;
+        let read = table.read_checked(&wanted, |line, row| match *row {
+            [_, w, x, y, z, ..] if norm_is_checked => match angles::wrong_norm([w, x, y, z]) {
+                None => Ok(()),
+                Some(norm) => Err(LogProblem::NotUnitQuaternion {
+                    line,
+                    columns: names(&columns.quaternion),
+                    norm,
+                }),
+            },
+            _ => Ok(()),
+        })?;
+        notes.extend(read.notes);
+        let mut values = read.columns.into_iter();
+        let mut next = || values.next().unwrap_or_default();
+        let times_s = next();
+        let angles_rad = match source {
+            Source::Angles => {
+                let (roll, pitch, yaw) = (next(), next(), next());
+                angles::unwrapped(Axes { roll, pitch, yaw })
+            }
+            Source::Quaternion => angles::of_quaternions([next(), next(), next(), next()]),
+            Source::RawSamples => {
+                let raw = raw_series(times_s, [(); 6].map(|()| next()));
+                return Ok(Self {
+                    orientation: raw.clone().fuse()?,
+                    raw: Some(raw),
+                    source: OrientationSource::Fused,
+                    columns: columns.clone(),
+                    in_body_axes,
+                    notes,
+                });
+            }
+        };
+        let raw = if has_raw_beside {
+            let (samples, note) = without_gaps([(); 6].map(|()| next()));
+            notes.extend(note);
+            samples.map(|samples| raw_series(times_s.clone(), samples))
+        } else {
+            None
+        };
+        Ok(Self {
+            orientation: OrientationSeries::new(times_s, angles_rad)?,
+            raw,
+            source: OrientationSource::Recorded,
+            columns: columns.clone(),
+            in_body_axes,
+            notes,
+        })
+    }
+}
+
+fn source(table: &LogTable<impl Read>, columns: &Columns, has_raw: bool) -> Source {
+    let has_quaternion = has_all(table, &columns.quaternion);
+    let is_mapped = |kind: &[Column]| kind.iter().any(|column| column.is_mapped);
+    let has_some_angle = columns
+        .angles
+        .iter()
+        .any(|column| table.find(&column.name).is_ok());
+    if has_quaternion && is_mapped(&columns.quaternion) && !is_mapped(&columns.angles) {
+        Source::Quaternion
+    } else if has_all(table, &columns.angles) {
+        Source::Angles
+    } else if has_quaternion {
+        Source::Quaternion
+    } else if has_raw && !has_some_angle {
+        Source::RawSamples
+    } else {
+        Source::Angles
+    }
+}
+
+fn has_all(table: &LogTable<impl Read>, columns: &[Column]) -> bool {
+    columns
+        .iter()
+        .all(|column| table.find(&column.name).is_ok())
+}
+
+/// Tells of columns that a person has mapped and that are not needed, because they are not there.
+fn notes_on_mapped(table: &LogTable<impl Read>, columns: &Columns) -> Vec<String> {
+    columns
+        .all()
+        .filter(|column| column.is_mapped && table.find(&column.name).is_err())
+        .map(|column| {
+            let name = shortened(&column.name);
+            format!(
+                "--column {}: no column {name:?}; read without it",
+                column.key
+            )
+        })
+        .collect()
+}
+
+fn names(columns: &[Column]) -> String {
+    let names: Vec<_> = columns.iter().map(|c| shortened(&c.name)).collect();
+    names.join(", ")
+}
+
+/// Adds what to type to the message that a column is missing.
+fn with_hint(problem: LogProblem, columns: &Columns, names: &[String]) -> LogProblem {
+    match problem {
+        LogProblem::MissingColumn {
+            line,
+            column,
+            found,
+            hint: near,
+        } => {
+            let mapping = suggestion::hint(columns, names);
+            LogProblem::MissingColumn {
+                line,
+                column,
+                found,
+                hint: if mapping.is_empty() { near } else { mapping },
+            }
+        }
+        other => other,
+    }
+}
+
+fn raw_series(times_s: Vec<f64>, [ax, ay, az, gx, gy, gz]: [Vec<f64>; 6]) -> RawSeries {
+    RawSeries {
+        times_s,
+        accelerations_mps2: vectors(ax, ay, az),
+        angular_rates_radps: vectors(gx, gy, gz),
+    }
 }
 
 fn vectors(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Vec<Vector3<f64>> {
@@ -32,71 +206,37 @@ fn vectors(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, LogProblem> {
-    let [roll, pitch, yaw] = &columns.angles;
-    let [ax, ay, az, gx, gy, gz] = &columns.raw;
-    let time = &columns.time;
-    let has_raw = has_all(&table, &columns.raw);
-    let has_angle = columns.angles.iter().any(|c| table.find(&c.name).is_ok());
-    if has_raw && !has_angle {
-        let wanted = [time, ax, ay, az, gx, gy, gz];
-        let [times_s, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
-        let raw = RawSeries {
-            times_s,
-            accelerations_mps2: vectors(ax, ay, az),
-            angular_rates_radps: vectors(gx, gy, gz),
-        };
-        return Ok(Recording {
-            orientation: raw.clone().fuse()?,
-            raw: Some(raw),
-            source: OrientationSource::Fused,
-            columns: columns.clone(),
-            in_body_axes: false,
-            notes: Vec::new(),
-        });
-    }
-    if !has_raw {
-        let [times_s, roll, pitch, yaw] = read_columns(table, [time, roll, pitch, yaw])?;
-        let orientation = OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?;
-        return Ok(Recording {
-            columns: columns.clone(),
-            ..orientation.into()
-        });
-    }
-    let wanted = [time, roll, pitch, yaw, ax, ay, az, gx, gy, gz];
-    let [times_s, roll, pitch, yaw, ax, ay, az, gx, gy, gz] = read_columns(table, wanted)?;
-    let raw = RawSeries {
-        times_s: times_s.clone(),
-        accelerations_mps2: vectors(ax, ay, az),
-        angular_rates_radps: vectors(gx, gy, gz),
+/// Columns in which a number that is missing is the one before it; `None` if too many are. The
+/// note tells of either.
+fn without_gaps(mut columns: [Vec<f64>; 6]) -> (Option<[Vec<f64>; 6]>, Option<String>) {
+    let rows = columns[0].len();
+    let is_missing = |row: &usize| {
+        columns
+            .iter()
+            .any(|c| c.get(*row).is_none_or(|x| x.is_nan()))
     };
-    Ok(Recording {
-        orientation: OrientationSeries::new(times_s, Axes { roll, pitch, yaw })?,
-        raw: Some(raw),
-        source: OrientationSource::Recorded,
-        columns: columns.clone(),
-        in_body_axes: false,
-        notes: Vec::new(),
-    })
-}
-
-fn has_all(table: &LogTable<impl Read>, columns: &[Column]) -> bool {
-    columns
-        .iter()
-        .all(|column| table.find(&column.name).is_ok())
-}
-
-/// The numbers of the wanted columns in their units.
-fn read_columns<const N: usize>(
-    table: LogTable<impl Read>,
-    wanted: [&Column; N],
-) -> Result<[Vec<f64>; N], LogProblem> {
-    let scaled = wanted
-        .into_iter()
-        .map(|column| Ok((table.find(&column.name)?, column.scale)))
-        .collect::<Result<Vec<_>, LogProblem>>()?;
-    let mut values = table.read(&scaled)?.into_iter();
-    Ok([(); N].map(|()| values.next().unwrap_or_default()))
+    let missing = (0..rows).filter(is_missing).count();
+    if missing == 0 {
+        return (Some(columns), None);
+    }
+    let note = format!("{missing} of {rows} rows have no raw samples");
+    if missing as f64 > MAX_MISSING_RAW_SHARE * rows as f64 {
+        return (None, Some(format!("{note}; none are used")));
+    }
+    for column in &mut columns {
+        let first = column.iter().copied().find(|x| x.is_finite());
+        let mut before = first.unwrap_or_default();
+        for value in column {
+            if value.is_nan() {
+                *value = before;
+            }
+            before = *value;
+        }
+    }
+    (
+        Some(columns),
+        Some(format!("{note}; those before them are taken")),
+    )
 }
 
 #[cfg(test)]
@@ -107,9 +247,13 @@ mod tests {
 
     use super::*;
 
+    fn recorded(text: &str) -> Result<Recording, LogProblem> {
+        let table = LogTable::new(text.as_bytes(), LogLimits::default())?;
+        Recording::from_table(table, &Columns::default())
+    }
+
     fn read(text: &str) -> Result<OrientationSeries, LogProblem> {
-        parse(LogTable::new(text.as_bytes())?, &Columns::default())
-            .map(|recording| recording.orientation)
+        recorded(text).map(|recording| recording.orientation)
     }
 
     fn message(text: &str) -> String {
@@ -206,8 +350,8 @@ mod tests {
     fn bytes_that_are_no_text_name_their_line() {
         let mut bytes = HEADER.as_bytes().to_vec();
         bytes.extend(b"0,\xff\xfe,0,0\n");
-        let table = LogTable::new(bytes.as_slice()).unwrap();
-        let problem = parse(table, &Columns::default()).unwrap_err();
+        let table = LogTable::new(bytes.as_slice(), LogLimits::default()).unwrap();
+        let problem = Recording::from_table(table, &Columns::default()).unwrap_err();
         assert!(
             matches!(problem, LogProblem::NotText { line: 2 }),
             "{problem}"

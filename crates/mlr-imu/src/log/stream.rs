@@ -4,6 +4,10 @@ use mlr_filter::Axes;
 
 use crate::ImuSample;
 
+/// How a comment above the header ends that says that the rows are in the body's axes: the
+/// mounting of the sensor has been applied to them.
+pub const IN_BODY_AXES: &str = ": recorded in the body's axes (mounting applied)";
+
 /// A log that grows row by row, as CSV: time, orientation, and the raw samples
 /// where the first row has them.
 ///

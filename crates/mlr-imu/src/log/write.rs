@@ -36,17 +36,21 @@ fn write(path: &Path, log: &OrientationSeries) -> io::Result<()> {
         let mut file = BufWriter::new(file);
         if zipped {
             let mut encoder = GzEncoder::new(&mut file, Compression::default());
-            write_rows(&mut encoder, log)?;
+            write_log_to(&mut encoder, log)?;
             encoder.finish()?;
         } else {
-            write_rows(&mut file, log)?;
+            write_log_to(&mut file, log)?;
         }
         file.flush()
     })?;
     Ok(())
 }
 
-fn write_rows(text: &mut impl Write, log: &OrientationSeries) -> io::Result<()> {
+/// Writes time, roll, pitch and yaw as CSV, like [`write_log`].
+///
+/// # Errors
+/// When the text cannot be written.
+pub fn write_log_to(text: &mut impl Write, log: &OrientationSeries) -> io::Result<()> {
     writeln!(text, "t_s,roll_rad,pitch_rad,yaw_rad")?;
     let angles = log.angles_rad();
     for (index, time_s) in log.times_s().iter().enumerate() {

@@ -7,5 +7,5 @@ mod record;
 
 pub use columns::{AngleUnit, RateUnit, SensorColumns, TimeUnit};
 pub use model::{SensorModel, Track};
-pub use read::read_sensor_log;
+pub use read::SensorLog;
 pub use record::{AxisName, SensorRecord, SensorSignals};

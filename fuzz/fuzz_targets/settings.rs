@@ -1,0 +1,95 @@
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use mlr_filter::{Axes, OrientationSeries};
+use mlr_ga::{IdentifySettings, Model, Search, identify};
+use mlr_model::{Gait, Robot};
+
+fuzz_target!(|bytes: &[u8]| {
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return;
+    };
+    if let Ok(robot) = Robot::from_toml(text) {
+        check_robot(&robot);
+    }
+    if let Ok(gait) = Gait::from_toml(text) {
+        check_gait(&gait);
+    }
+    if let Ok(settings) = toml::from_str::<IdentifySettings>(text)
+        && pass(&settings)
+    {
+        let table = toml::Value::try_from(&settings).expect("what was read can be written");
+        assert!(is_finite(&table), "{settings:?}");
+    }
+});
+
+/// Whether the settings pass the checks that an identification begins with: only behind them it
+/// finds out that two samples are no walk.
+fn pass(settings: &IdentifySettings) -> bool {
+    let two = Axes::from_fn(|_| vec![0.0, 0.0]);
+    let samples = OrientationSeries::new(vec![0.0, 0.01], two).expect("two samples");
+    let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+    let model = Model {
+        robot: &robot,
+        gait: &gait,
+        atlas: None,
+    };
+    let answer = identify(&samples.into(), model, settings, Search::Exact, 1, &());
+    answer
+        .err()
+        .is_some_and(|error| error.is_recordings_fault())
+}
+
+fn is_finite(value: &toml::Value) -> bool {
+    match value {
+        toml::Value::Float(number) => number.is_finite(),
+        toml::Value::Array(values) => values.iter().all(is_finite),
+        toml::Value::Table(table) => table.values().all(is_finite),
+        _ => true,
+    }
+}
+
+fn check_robot(robot: &Robot) {
+    let body = robot.body();
+    let servo = robot.servo();
+    let mut numbers = vec![
+        body.mass_kg,
+        servo.stiffness_nm_per_rad,
+        servo.damping_nm_s_per_rad,
+        servo.torque_limit_nm,
+        servo.speed_limit_rad_per_s,
+        servo.command_hold_s,
+        servo.latency_s,
+    ];
+    numbers.extend(body.size_m.iter());
+    numbers.extend(body.center_of_mass_m.iter());
+    for leg in robot.legs() {
+        numbers.extend(leg.hip_m.iter());
+        numbers.extend(leg.nominal_foot_m);
+        numbers.push(leg.hip_yaw_rad);
+        for link in &leg.links {
+            numbers.extend([
+                link.length_m,
+                link.mass_kg,
+                link.center_of_mass_m,
+                link.posture_rad,
+                link.locked_rad,
+            ]);
+        }
+    }
+    assert!(numbers.iter().all(|x| x.is_finite()), "{robot:?}");
+    assert!(!robot.legs().is_empty());
+}
+
+fn check_gait(gait: &Gait) {
+    let numbers = [
+        gait.period_s,
+        gait.ramp_s,
+        gait.stride_m,
+        gait.lift_m,
+        gait.body_height_m,
+        gait.swing_fraction,
+    ];
+    let numbers = numbers.iter().chain(&gait.phase_offsets);
+    assert!(numbers.copied().all(f64::is_finite), "{gait:?}");
+}
