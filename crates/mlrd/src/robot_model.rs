@@ -24,7 +24,7 @@ impl RobotModel {
     /// # Errors
     /// When robot, gait or atlas cannot be read.
     pub fn new(settings: &Settings, source: String) -> anyhow::Result<Self> {
-        let (robot, gait) = (settings.robot()?, settings.gait()?);
+        let (robot, gait) = settings.model()?;
         let atlas = settings
             .atlas
             .as_ref()

@@ -10,7 +10,7 @@ use mlr_ga::{
     Configuration, ConfigurationError, IdentifySettings, LARGEST_SEED, checked_toml, most_threads,
 };
 use mlr_imu::{FullScale, MAX_TEXT_BYTES, Mounting, read_text};
-use mlr_model::{Gait, Robot};
+use mlr_model::{Gait, JointCommands, Robot};
 use mlr_residual::walk::TracingSettings;
 use serde::{Deserialize, Serialize};
 
@@ -227,7 +227,16 @@ impl Settings {
         }
     }
 
-    pub(crate) fn robot(&self) -> anyhow::Result<Robot> {
+    /// Robot and gait, which fit together and to the faults of the simulation.
+    pub(crate) fn model(&self) -> anyhow::Result<(Robot, Gait)> {
+        let (robot, gait) = (self.robot()?, self.gait()?);
+        JointCommands::new(&robot, &gait, gait.ramp_s + gait.period_s).context("robot and gait")?;
+        let identification = self.identification.check_on(&robot);
+        identification.map_err(|error| error.under("identification"))?;
+        Ok((robot, gait))
+    }
+
+    fn robot(&self) -> anyhow::Result<Robot> {
         let Some(path) = &self.robot else {
             return Ok(Robot::jethexa());
         };
@@ -236,7 +245,7 @@ impl Settings {
         Robot::from_toml(&text).with_context(name)
     }
 
-    pub(crate) fn gait(&self) -> anyhow::Result<Gait> {
+    fn gait(&self) -> anyhow::Result<Gait> {
         let Some(path) = &self.gait else {
             return Ok(Gait::tripod());
         };
@@ -284,6 +293,20 @@ mod tests {
         assert!(message("threads = 100000").contains("on this machine"));
         assert!(message("port = ''").contains("port: \"\" is not valid, expected a path"));
         assert!(Settings::default().source().is_err(), "no sensor is named");
+    }
+
+    #[test]
+    fn a_gait_that_the_robot_cannot_follow_is_refused_at_the_start() {
+        let folder = tempfile::tempdir().unwrap();
+        let gait = folder.path().join("gait.toml");
+        fs::write(&gait, Gait::TRIPOD_TOML.replace("0.060", "0.5")).unwrap();
+        let far = Settings {
+            gait: Some(gait),
+            ..Settings::default()
+        };
+        let message = format!("{:#}", far.model().unwrap_err());
+        assert!(message.contains("cannot reach"), "{message}");
+        Settings::default().model().unwrap();
     }
 
     #[test]
