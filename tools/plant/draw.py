@@ -11,6 +11,7 @@ import dataclasses
 import gzip
 import io
 import json
+import math
 import time
 from pathlib import Path
 
@@ -136,8 +137,46 @@ def detect(rng, index):
     return intact, plant, []
 
 
+def belly(rng, index):
+    """Three or more damaged legs, a whole tripod group among them: the body rests on its belly."""
+    group = ([1, 4, 5], [2, 3, 6])[index % 2]
+    intact = without(group)
+    for leg in group:
+        intact[leg - 1] = int(rng.choice([0, 0, 0, 1, 2]))
+    if rng.random() < 0.3:
+        intact[int(rng.choice([leg for leg in range(LEGS) if leg + 1 not in group]))] = 0
+    return intact, robot_with(rng, intact), []
+
+
+def strange(rng, index):
+    """What no morphology explains: other gaits, a sensor that faces elsewhere, a robot that is shaken."""
+    kind = ("phases", "sideways", "backward", "turned sensor", "shaken", "tiptoe")[index % 6]
+    intact = any_damage(rng, healthy=0.4)
+    plant = robot_with(rng, intact)
+    match kind:
+        case "phases":
+            plant.gait = {"phase": tuple(float(p) for p in rng.permutation(LEGS) / LEGS)}
+        case "sideways":
+            plant.gait = {"heading_rad": float(rng.choice([-1.0, 1.0])) * math.radians(rng.uniform(60.0, 120.0))}
+        case "backward":
+            plant.gait = {"heading_rad": math.radians(rng.uniform(150.0, 210.0))}
+        case "turned sensor":
+            plant.mis_deg[2] = float(rng.choice([-90.0, 90.0, 180.0]))
+        case "shaken":
+            plant.vibration = {
+                "axis": str(rng.choice(["x", "y"])),
+                "torque_nm": rng.uniform(2.0, 5.0),
+                "frequency_hz": rng.uniform(0.3, 2.5),
+            }
+        case "tiptoe":
+            plant.gait = {"stride_m": rng.uniform(0.0, 0.03), "lift_m": rng.uniform(0.005, 0.02)}
+    return intact, plant, [{"kind": kind, "parameters": {}}]
+
+
+# A log depends on its set's place in this list: new sets come last.
 SETS = {
     "paper": paper, "legs": legs, "harsh": harsh, "slow": slow, "wild": wild, "effects": undeclared, "detect": detect,
+    "belly": belly, "strange": strange,
 }
 
 

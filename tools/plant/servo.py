@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from gait import all_joint_angles
+from gait import Gait
 from robot import LINKS, STEP_S
 
 HOLD_S = 0.020
@@ -33,12 +33,13 @@ class Servos:
         self.offset = np.array([plant.joint_offset_rad[leg][link] for leg, link in joints])
         self.held = [(i, held[joint]) for i, joint in enumerate(joints) if joint in held]
         self.dropping = [i for i, (leg, _) in enumerate(joints) if plant.dropout and leg == plant.dropout["leg"] - 1]
+        self.gait = Gait(**plant.gait)
         self.powered = True
         self.tick = None
         self.set_point = self.target = self.targets(0.0, -math.inf)
 
     def targets(self, gait_s, t):
-        target = np.round(np.array(all_joint_angles(gait_s))[self.columns] / RESOLUTION_RAD) * RESOLUTION_RAD
+        target = np.round(np.array(self.gait.all_joint_angles(gait_s))[self.columns] / RESOLUTION_RAD) * RESOLUTION_RAD
         if t >= self.plant.damage_s:
             for joint, angle in self.held:
                 target[joint] = angle

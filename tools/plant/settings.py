@@ -41,6 +41,7 @@ class Plant:
     start: float  # first motion command [s]
     locked: bool = False  # lost links held clear of the ground; False: cut off
     locked_pose: list = field(default_factory=per_link(0.0))  # where they are held [rad]
+    gait: dict = field(default_factory=dict)  # what it has other than the nominal one: `gait.Gait`
     walk_s: float = 10.0  # from the start to the end of the log
     damage_s: float = -math.inf  # when a walking robot loses the links (locked only)
     payload_kg: float = 0.0

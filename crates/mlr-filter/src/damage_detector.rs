@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::SettingError;
+
 /// Parameters of the damage detector, with the paper's values as defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -39,31 +41,39 @@ impl Default for DetectorSettings {
     }
 }
 
-/// Why the detector cannot work.
+impl DetectorSettings {
+    /// Checks every number. No lull and no persistence are valid: the first swing counts then.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        check("window_s", self.window_s, 0.01..=60.0, "s")?;
+        check("step_s", self.step_s, 0.001..=60.0, "s")?;
+        if self.step_s > self.window_s {
+            let expected = format!("no more than window_s, {} s", self.window_s);
+            return Err(SettingError::new("step_s", self.step_s, expected));
+        }
+        check("threshold_deg", self.threshold_deg, 1e-6..=360.0, "degrees")?;
+        check("persistence_s", self.persistence_s, 0.0..=3600.0, "s")?;
+        check("lull_s", self.lull_s, 0.0..=3600.0, "s")?;
+        // One sample does not fluctuate.
+        SettingError::check("min_samples", self.min_samples, 2..=100_000, "")
+    }
+}
+
+/// The samples are too far apart for the detector's window.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum DetectorError {
-    /// A setting makes no sense.
-    #[error("detector.{name}: {value} is not valid, expected {expected}")]
-    Setting {
-        /// Field of [`DetectorSettings`].
-        name: &'static str,
-        /// What was given.
-        value: f64,
-        /// What was expected.
-        expected: &'static str,
-    },
-    /// The samples are too far apart for the window.
-    #[error(
-        "sampled too slowly: {rate_hz:.1} Hz, a window of {window_s} s needs at least {min_rate_hz:.0} Hz"
-    )]
-    TooSlow {
-        /// Mean rate of the last samples.
-        rate_hz: f64,
-        /// Length of the window.
-        window_s: f64,
-        /// Rate needed.
-        min_rate_hz: f64,
-    },
+#[error(
+    "sampled too slowly: {rate_hz:.1} Hz, a window of {window_s} s needs at least {min_rate_hz:.0} Hz"
+)]
+pub struct SampledTooSlowly {
+    /// Mean rate of the last samples.
+    pub rate_hz: f64,
+    /// Length of the window.
+    pub window_s: f64,
+    /// Rate needed.
+    pub min_rate_hz: f64,
 }
 
 /// What the detector makes of one position of its window.
@@ -100,7 +110,7 @@ pub struct Assessment {
 /// }
 /// let flagged_s = flagged_s.expect("this is damage");
 /// assert!(flagged_s > 4.0 && flagged_s < 5.0);
-/// # Ok::<(), mlr_filter::DetectorError>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct DamageDetector {
@@ -162,35 +172,9 @@ impl DamageDetector {
     /// A detector that has seen nothing.
     ///
     /// # Errors
-    /// [`DetectorError::Setting`] for a setting that makes no sense.
-    pub fn new(settings: DetectorSettings) -> Result<Self, DetectorError> {
-        for (name, value, least, expected) in [
-            ("window_s", settings.window_s, 0.01, "at least 0.01 s"),
-            ("step_s", settings.step_s, 0.001, "at least 0.001 s"),
-            (
-                "threshold_deg",
-                settings.threshold_deg,
-                1e-6,
-                "a positive angle",
-            ),
-            ("persistence_s", settings.persistence_s, 0.0, "zero or more"),
-            ("lull_s", settings.lull_s, 0.0, "zero or more"),
-        ] {
-            if !(value.is_finite() && value >= least) {
-                return Err(DetectorError::Setting {
-                    name,
-                    value,
-                    expected,
-                });
-            }
-        }
-        if settings.step_s > settings.window_s {
-            return Err(DetectorError::Setting {
-                name: "step_s",
-                value: settings.step_s,
-                expected: "no more than the window",
-            });
-        }
+    /// [`SettingError`] for a setting that makes no sense.
+    pub fn new(settings: DetectorSettings) -> Result<Self, SettingError> {
+        settings.check()?;
         Ok(Self {
             settings,
             steps: VecDeque::new(),
@@ -206,13 +190,13 @@ impl DamageDetector {
     /// ignored. After a pause longer than the window the detector begins anew.
     ///
     /// # Errors
-    /// [`DetectorError::TooSlow`] when a full window has too few samples.
+    /// [`SampledTooSlowly`] when a full window has too few samples.
     pub fn push(
         &mut self,
         time_s: f64,
         roll_rad: f64,
         pitch_rad: f64,
-    ) -> Result<Option<Assessment>, DetectorError> {
+    ) -> Result<Option<Assessment>, SampledTooSlowly> {
         let Some(last) = self.steps.back().map(|step| step.number) else {
             self.begin_anew(time_s, roll_rad, pitch_rad);
             return Ok(None);
@@ -274,7 +258,7 @@ impl DamageDetector {
 
     /// After a pause: a lost connection is no fault of the rate, pauses between
     /// all samples are.
-    fn check_pause(&mut self, now_s: f64) -> Result<(), DetectorError> {
+    fn check_pause(&mut self, now_s: f64) -> Result<(), SampledTooSlowly> {
         const SHORT_RUNS: u32 = 5;
         self.short_runs += 1;
         if self.short_runs < SHORT_RUNS {
@@ -284,13 +268,13 @@ impl DamageDetector {
     }
 
     /// The window must have enough samples when the next one comes at `now_s`.
-    fn check_rate(&self, now_s: f64) -> Result<(), DetectorError> {
+    fn check_rate(&self, now_s: f64) -> Result<(), SampledTooSlowly> {
         let samples: usize = self.steps.iter().map(|step| step.samples).sum();
         // One sample more or less falls into a window by chance.
         if samples + 1 >= self.settings.min_samples {
             return Ok(());
         }
-        Err(DetectorError::TooSlow {
+        Err(SampledTooSlowly {
             rate_hz: self.received as f64 / (now_s - self.origin_s),
             window_s: self.settings.window_s,
             min_rate_hz: self.settings.min_samples as f64 / self.settings.window_s,
@@ -341,8 +325,8 @@ mod tests {
         rate_hz: f64,
         duration_s: f64,
         roll_deg: impl Fn(f64) -> f64,
-    ) -> Result<Vec<f64>, DetectorError> {
-        let mut detector = DamageDetector::new(DetectorSettings::default())?;
+    ) -> Result<Vec<f64>, SampledTooSlowly> {
+        let mut detector = DamageDetector::new(DetectorSettings::default()).unwrap();
         let mut times = Vec::new();
         for i in 0..(duration_s * rate_hz) as usize {
             let t = i as f64 / rate_hz;
@@ -421,9 +405,10 @@ mod tests {
             change(&mut settings);
             DamageDetector::new(settings).unwrap_err().to_string()
         };
-        assert!(with(|s| s.window_s = 0.0).contains("detector.window_s"));
-        assert!(with(|s| s.step_s = 1.0).contains("no more than the window"));
-        assert!(with(|s| s.threshold_deg = f64::NAN).contains("detector.threshold_deg"));
+        assert!(with(|s| s.window_s = 0.0).starts_with("window_s: 0 "));
+        assert!(with(|s| s.step_s = 1.0).contains("no more than window_s"));
+        assert!(with(|s| s.threshold_deg = f64::NAN).starts_with("threshold_deg: NaN"));
+        assert!(with(|s| s.min_samples = 0).starts_with("min_samples: 0 "));
     }
 
     proptest! {

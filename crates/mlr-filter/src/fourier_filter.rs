@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use realfft::{ComplexToReal, RealFftPlanner, num_complex::Complex64};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use crate::{Axes, Axis, EvenSamples, PowerSpectrum, Spectrum, spectrum::Transform};
+use crate::{Axes, Axis, EvenSamples, PowerSpectrum, SettingError, Spectrum, spectrum::Transform};
 
 /// Parameters of the filter, with the paper's values as defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,27 +31,24 @@ impl Default for FilterSettings {
     }
 }
 
-/// Filter settings that make no sense.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum FilterError {
-    /// A setting is not a positive number.
-    #[error("filter.{name}: {value} is not valid, expected a positive number")]
-    NotPositive {
-        /// Field of [`FilterSettings`].
-        name: &'static str,
-        /// What was given.
-        value: f64,
-    },
-    /// The common rate cannot represent the cutoff.
-    #[error(
-        "filter.rate_hz: {rate_hz} Hz cannot carry a cutoff of {cutoff_hz} Hz, expected more than twice that"
-    )]
-    RateBelowCutoff {
-        /// Rate given.
-        rate_hz: f64,
-        /// Cutoff given.
-        cutoff_hz: f64,
-    },
+impl FilterSettings {
+    /// Checks every number. Zero is a threshold as well: everything below the cutoff
+    /// survives.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        check("cutoff_hz", self.cutoff_hz, 0.01..=1000.0, "Hz")?;
+        let threshold_deg2 = self.power_threshold_deg2;
+        check("power_threshold_deg2", threshold_deg2, 0.0..=1e6, "deg²")?;
+        check("rate_hz", self.rate_hz, 0.1..=10_000.0, "Hz")?;
+        if self.rate_hz <= 2.0 * self.cutoff_hz {
+            let expected = format!("more than twice cutoff_hz, {} Hz", 2.0 * self.cutoff_hz);
+            return Err(SettingError::new("rate_hz", self.rate_hz, expected));
+        }
+        Ok(())
+    }
 }
 
 /// Roll, pitch and yaw after the filter, on the common time vector: sample q is
@@ -129,30 +125,10 @@ impl FourierFilter {
     /// A filter for windows of `duration_s`.
     ///
     /// # Errors
-    /// [`FilterError`] when a setting makes no sense.
-    pub fn new(settings: FilterSettings, duration_s: f64) -> Result<Self, FilterError> {
-        for (name, value) in [
-            ("cutoff_hz", settings.cutoff_hz),
-            ("rate_hz", settings.rate_hz),
-            ("duration_s", duration_s),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(FilterError::NotPositive { name, value });
-            }
-        }
-        // Zero is a threshold as well: everything below the cutoff survives.
-        if !(settings.power_threshold_deg2.is_finite() && settings.power_threshold_deg2 >= 0.0) {
-            return Err(FilterError::NotPositive {
-                name: "power_threshold_deg2",
-                value: settings.power_threshold_deg2,
-            });
-        }
-        if settings.rate_hz <= 2.0 * settings.cutoff_hz {
-            return Err(FilterError::RateBelowCutoff {
-                rate_hz: settings.rate_hz,
-                cutoff_hz: settings.cutoff_hz,
-            });
-        }
+    /// [`SettingError`] when a setting or the duration makes no sense.
+    pub fn new(settings: FilterSettings, duration_s: f64) -> Result<Self, SettingError> {
+        settings.check()?;
+        SettingError::check("duration_s", duration_s, 0.01..=3600.0, "s")?;
         let mut planner = RealFftPlanner::new();
         let samples = (settings.rate_hz * duration_s).round().max(2.0) as usize;
         let inverse = planner.plan_fft_inverse(samples);

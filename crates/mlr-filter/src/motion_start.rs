@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    Axes, OrientationSeries, sliding_range::SlidingRange, steady_drift::without_steady_drift_deg,
+    Axes, OrientationSeries, SettingError, sliding_range::SlidingRange,
+    steady_drift::without_steady_drift_deg,
 };
 
 /// Parameters of the search for the start of motion.
@@ -41,6 +42,23 @@ impl Default for MotionSettings {
             moving_share: 0.2,
             response_s: 0.07,
         }
+    }
+}
+
+impl MotionSettings {
+    /// Checks every number. A share, a factor or a response time of zero is valid: it counts
+    /// for nothing.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        check("window_s", self.window_s, 0.001..=10.0, "s")?;
+        check("threshold_deg", self.threshold_deg, 1e-6..=360.0, "degrees")?;
+        check("noise_factor", self.noise_factor, 0.0..=1000.0, "")?;
+        check("confirmation_s", self.confirmation_s, 0.01..=600.0, "s")?;
+        check("moving_share", self.moving_share, 0.0..=1.0, "")?;
+        check("response_s", self.response_s, 0.0..=10.0, "s")
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{Axes, OrientationSeries};
+use crate::{Axes, OrientationSeries, SettingError};
 
 /// The stretch of time to compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +18,9 @@ pub struct Window {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SamplingLimits {
-    /// Lowest mean sampling rate. The default is five times the default cutoff
-    /// of the filter.
+    /// Lowest mean sampling rate. The default lets a sensor of nominally 50 Hz pass whose
+    /// clock or driver makes it 48 Hz, and is more than four times the default cutoff of
+    /// the filter.
     pub min_rate_hz: f64,
     /// Longest time without a sample; within it the signal is bridged by a
     /// straight line.
@@ -29,9 +30,20 @@ pub struct SamplingLimits {
 impl Default for SamplingLimits {
     fn default() -> Self {
         Self {
-            min_rate_hz: 50.0,
+            min_rate_hz: 45.0,
             max_gap_s: 0.25,
         }
+    }
+}
+
+impl SamplingLimits {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("min_rate_hz", self.min_rate_hz, 1.0..=100_000.0, "Hz")?;
+        SettingError::check("max_gap_s", self.max_gap_s, 0.001..=10.0, "s")
     }
 }
 
@@ -229,6 +241,55 @@ mod tests {
             let t = 0.5 + i as f64 / 250.0;
             assert!((angle - (t * t - 0.25)).abs() < 1e-9);
         }
+    }
+
+    /// How much of a sine survives the cut, the samples falling anywhere between the grid's.
+    fn carried_share(rate_hz: f64, sine_hz: f64) -> f64 {
+        let limits = SamplingLimits {
+            min_rate_hz: 1.0,
+            ..SamplingLimits::default()
+        };
+        let mean_square = |samples: &[f64]| {
+            let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+            let squares = samples.iter().map(|x| (x - mean) * (x - mean));
+            squares.sum::<f64>() / samples.len() as f64
+        };
+        let shifts = (0..10).map(|tenth| f64::from(tenth) / 10.0 / rate_hz);
+        let shares = shifts.map(|shift_s| {
+            let times_s = even_times(rate_hz, 4.0)
+                .iter()
+                .map(|t| t + shift_s)
+                .collect();
+            let sine = recording(times_s, |t| (std::f64::consts::TAU * sine_hz * t).sin());
+            let even = WINDOW.cut(&sine, &limits).unwrap();
+            (mean_square(&even.angles_rad().roll) / 0.5).sqrt()
+        });
+        shares.sum::<f64>() / 10.0
+    }
+
+    #[test]
+    fn the_lowest_rate_carries_the_gait_and_nearly_as_much_of_the_cutoff_as_fifty_hertz() {
+        let lowest_hz = SamplingLimits::default().min_rate_hz;
+        // The gait's own frequencies, at which the robot's damage shows.
+        for sine_hz in [1.0, 2.0, 3.0] {
+            assert!(carried_share(lowest_hz, sine_hz) > 0.97, "{sine_hz} Hz");
+        }
+        let at_cutoff = |rate_hz| carried_share(rate_hz, 10.0);
+        assert!(at_cutoff(lowest_hz) > 0.8, "{}", at_cutoff(lowest_hz));
+        assert!(at_cutoff(50.0) - at_cutoff(lowest_hz) < 0.05);
+        // The control: half of that rate does not carry it.
+        assert!(at_cutoff(lowest_hz / 2.0) < 0.6);
+    }
+
+    #[test]
+    fn a_nominal_fifty_hertz_that_is_a_little_less_will_do() {
+        let cut = |rate_hz| {
+            let series = recording(even_times(rate_hz, 4.0), |t| t);
+            WINDOW.cut(&series, &SamplingLimits::default())
+        };
+        assert!(cut(48.8).is_ok());
+        let message = cut(44.0).unwrap_err().to_string();
+        assert!(message.contains("at least 45 Hz"), "{message}");
     }
 
     #[test]

@@ -1,9 +1,7 @@
-use mlr_filter::{DetectorError, FilterError, NoMotion, WindowError};
+use mlr_filter::{NoMotion, SampledTooSlowly, SettingError, WindowError};
 use mlr_imu::quality::Finding;
 use mlr_model::ModelError;
 use thiserror::Error;
-
-use crate::genetic::SettingsError;
 
 /// Why [`identify()`](crate::identify()) or [`detect`](crate::detect()) has no answer.
 #[derive(Debug, Error)]
@@ -62,26 +60,23 @@ pub enum AnswerError {
         /// Length of the atlas's walks.
         there_s: f64,
     },
-    /// A setting of the identification itself is out of range.
-    #[error("{field}: {value} is not valid, expected {expected}")]
-    Setting {
-        /// Field of [`IdentifySettings`](crate::IdentifySettings).
-        field: &'static str,
-        /// What was given.
-        value: f64,
-        /// What was expected.
-        expected: &'static str,
+    /// The robot walks for less time than the damage detector needs, and was not flagged.
+    #[error(
+        "too short to tell damage: the log shows {walked_s:.1} s of walking, at least \
+         {needed_s:.1} s are needed (detector.window_s and detector.persistence_s)"
+    )]
+    TooShortToDetect {
+        /// Length of the walk in the recording.
+        walked_s: f64,
+        /// Length of the detector's window, and for how long the fluctuation must go on.
+        needed_s: f64,
     },
-    /// A setting of the filter makes no sense.
+    /// A setting makes no sense.
     #[error(transparent)]
-    Filter(#[from] FilterError),
-    /// A setting of the genetic algorithm makes no sense.
+    Setting(#[from] SettingError),
+    /// The recording is sampled too slowly for the damage detector.
     #[error(transparent)]
-    Genetic(#[from] SettingsError),
-    /// A setting of the damage detector makes no sense, or the recording is
-    /// sampled too slowly for it.
-    #[error(transparent)]
-    Detector(#[from] DetectorError),
+    SampledTooSlowly(#[from] SampledTooSlowly),
     /// Robot, gait and simulation settings do not fit together.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -103,7 +98,8 @@ impl AnswerError {
                 | Self::Unusable(_)
                 | Self::HeldValues { .. }
                 | Self::Disordered { .. }
-                | Self::Detector(DetectorError::TooSlow { .. })
+                | Self::TooShortToDetect { .. }
+                | Self::SampledTooSlowly(_)
         )
     }
 }

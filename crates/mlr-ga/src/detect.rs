@@ -1,16 +1,15 @@
 //! When the robot started to walk, and when it was damaged.
 
 use mlr_filter::{
-    DamageDetector, DetectorError, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
+    DamageDetector, DetectorSettings, MotionSettings, MotionStart, OrientationSeries, SettingError,
 };
 use mlr_imu::{Recording, quality::LogQuality};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use crate::{AnswerError, recording::repair_time_stamps};
+use crate::{AnswerError, IdentifySettings, recording::repair_time_stamps};
 
 /// Everything about a detection that can be chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectionSettings {
     /// Largest share of samples that may be lost to bad time stamps.
     pub max_dropped_share: f64,
@@ -22,11 +21,37 @@ pub struct DetectionSettings {
 
 impl Default for DetectionSettings {
     fn default() -> Self {
+        Self::from(&IdentifySettings::default())
+    }
+}
+
+impl From<&IdentifySettings> for DetectionSettings {
+    /// The settings with which an identification looks for damage.
+    fn from(settings: &IdentifySettings) -> Self {
         Self {
-            max_dropped_share: 0.2,
-            motion: MotionSettings::default(),
-            detector: DetectorSettings::default(),
+            max_dropped_share: settings.max_dropped_share,
+            motion: settings.motion,
+            detector: settings.detector,
         }
+    }
+}
+
+impl DetectionSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let dropped_share = self.max_dropped_share;
+        SettingError::check("max_dropped_share", dropped_share, 0.0..=1.0, "")?;
+        self.motion.check().map_err(|error| error.under("motion"))?;
+        let detector = self.detector.check();
+        detector.map_err(|error| error.under("detector"))
+    }
+
+    /// Walking that it takes to flag damage.
+    fn needed_s(&self) -> f64 {
+        self.detector.window_s + self.detector.persistence_s
     }
 }
 
@@ -53,17 +78,19 @@ pub struct Detection {
 ///
 /// # Errors
 /// [`AnswerError`] when the time stamps do not run forward, when the recording
-/// is sampled too slowly for the detector's window, or when a setting makes no
-/// sense.
+/// is sampled too slowly for the detector's window, when it shows no damage and
+/// too little walking to tell, or when a setting makes no sense.
 pub fn detect(
     recording: &Recording,
     settings: &DetectionSettings,
 ) -> Result<Detection, AnswerError> {
+    settings.check()?;
     let mut warnings = recording.notes.clone();
     let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
     let log_quality = LogQuality::of(&recording, &settings.motion);
-    let start = MotionStart::find(&recording.orientation, &settings.motion).ok();
-    let detection = detect_in(&recording.orientation, settings.detector)?;
+    let orientation = &recording.orientation;
+    let start = MotionStart::find(orientation, &settings.motion);
+    let detection = detect_in(orientation, settings.detector)?;
     // What comes after the flag changes nothing, and what comes before the walk is no walk.
     let from_s = start.map_or(f64::NEG_INFINITY, |start| start.start_s);
     let to_s = detection.damage_s.unwrap_or(f64::INFINITY);
@@ -71,8 +98,17 @@ pub fn detect(
         return Err(finding.clone().into());
     }
     warnings.extend(log_quality.warnings());
+    if !detection.flagged {
+        let end_s = orientation.times_s().last().copied().unwrap_or_default();
+        let walked_s = end_s - start?.start_s;
+        let needed_s = settings.needed_s();
+        if walked_s < needed_s {
+            return Err(AnswerError::TooShortToDetect { walked_s, needed_s });
+        }
+    }
     Ok(Detection {
         motion_start_s: start
+            .ok()
             .filter(|start| start.stood_before)
             .map(|start| start.start_s),
         log_quality,
@@ -85,7 +121,7 @@ pub fn detect(
 pub(crate) fn detect_in(
     recording: &OrientationSeries,
     settings: DetectorSettings,
-) -> Result<Detection, DetectorError> {
+) -> Result<Detection, AnswerError> {
     let mut detector = DamageDetector::new(settings)?;
     let mut damage_s = None;
     let mut max_fluctuation_deg = 0.0_f64;

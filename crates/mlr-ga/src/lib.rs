@@ -34,6 +34,7 @@ mod answer_error;
 pub mod atlas;
 pub mod belief;
 pub mod comparison;
+mod configuration;
 mod cost;
 mod detect;
 mod evaluation;
@@ -48,6 +49,9 @@ pub mod scoring;
 pub mod walks;
 
 pub use answer_error::AnswerError;
+pub use configuration::{
+    Configuration, ConfigurationError, LARGEST_SEED, checked_toml, most_threads,
+};
 pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};

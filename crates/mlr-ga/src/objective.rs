@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Evaluation, IdentifySettings, MeasuredWalk, Objective,
     belief::DamagePrior,
-    comparison::{AlignedMeasurement, ComparableWalk, LikelihoodSettings},
+    comparison::{AlignedMeasurement, Alignment, ComparableWalk, LikelihoodSettings},
     evaluation::CaseFit,
     walks::{Case, WalkSource, Walked},
 };
@@ -92,6 +92,11 @@ impl<'a> WalkObjective<'a> {
             },
             prior: settings.prior,
         }
+    }
+
+    /// How far the body moves on each axis, as a walk with this alignment is compared.
+    pub fn motion_deg(&self, alignment: Alignment) -> [f64; 3] {
+        self.whole.motion_deg2(alignment).map(f64::sqrt)
     }
 
     /// Logarithm of likelihood times prior of a candidate, over the cases that it

@@ -38,7 +38,7 @@ pub use log::{
     ColumnError, Columns, Correction, LogError, LogProblem, LogStream, LogTable, read_log,
     write_log,
 };
-pub use mounting::{Mounting, MountingError};
+pub use mounting::Mounting;
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};
 pub use new_file::NewFile;
 pub use recording::{OrientationSource, Recording};

@@ -1,8 +1,8 @@
 //! How the sensor sits on the robot, and what its accelerometer gets wrong.
 
+use mlr_filter::SettingError;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::ImuSample;
 
@@ -50,59 +50,45 @@ impl Default for Mounting {
     }
 }
 
-/// A mounting that cannot be.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("mounting.{field}: {value} is not valid, expected {expected}")]
-pub struct MountingError {
-    /// Field of [`Mounting`].
-    pub field: &'static str,
-    /// What was given.
-    pub value: f64,
-    /// What was expected.
-    pub expected: &'static str,
-}
-
 /// Largest bias of an accelerometer that is believed, in m/s².
 const LARGEST_BIAS_MPS2: f64 = 5.0;
-/// The scale matrix of an accelerometer is near the identity; its determinant
-/// stays within these bounds.
+/// The scale matrix of an accelerometer is near the identity: no entry is larger than this,
+/// and its determinant stays within these bounds.
+const LARGEST_ENTRY: f64 = 2.0;
 const DETERMINANT: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 impl Mounting {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`MountingError`] names the first field that makes no sense.
-    pub fn check(&self) -> Result<(), MountingError> {
-        let within = |field, value: f64, largest: f64, expected| {
-            if value.abs() <= largest {
-                Ok(())
-            } else {
-                Err(MountingError {
-                    field,
-                    value,
-                    expected,
-                })
-            }
-        };
-        let turn = "-360 to 360 degrees";
-        within("roll_deg", self.roll_deg, 360.0, turn)?;
-        within("pitch_deg", self.pitch_deg, 360.0, turn)?;
-        within("yaw_deg", self.yaw_deg, 360.0, turn)?;
-        for bias_mps2 in self.accelerometer_bias_mps2 {
-            let expected = "-5 to 5 m/s²";
-            let field = "accelerometer_bias_mps2";
-            within(field, bias_mps2, LARGEST_BIAS_MPS2, expected)?;
+    /// [`SettingError`] names the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        for (name, angle_deg) in [
+            ("roll_deg", self.roll_deg),
+            ("pitch_deg", self.pitch_deg),
+            ("yaw_deg", self.yaw_deg),
+        ] {
+            SettingError::check(name, angle_deg, -360.0..=360.0, "degrees")?;
+        }
+        SettingError::check_each(
+            "accelerometer_bias_mps2",
+            &self.accelerometer_bias_mps2,
+            -LARGEST_BIAS_MPS2..=LARGEST_BIAS_MPS2,
+            "m/s²",
+        )?;
+        for (row, entries) in self.accelerometer_scale.iter().enumerate() {
+            let name = format!("accelerometer_scale[{row}]");
+            SettingError::check_each(&name, entries, -LARGEST_ENTRY..=LARGEST_ENTRY, "")?;
         }
         let determinant = self.scale().determinant();
         if DETERMINANT.contains(&determinant) {
             Ok(())
         } else {
-            Err(MountingError {
-                field: "accelerometer_scale",
-                value: determinant,
-                expected: "a matrix near the identity, with a determinant of 0.5 to 2",
-            })
+            Err(SettingError::new(
+                "accelerometer_scale",
+                format!("a determinant of {determinant}"),
+                "a matrix near the identity, with a determinant of 0.5 to 2",
+            ))
         }
     }
 
@@ -171,12 +157,12 @@ mod tests {
             accelerometer_scale: [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
             ..Mounting::default()
         };
-        assert_eq!(flat.check().unwrap_err().field, "accelerometer_scale");
+        assert_eq!(flat.check().unwrap_err().name, "accelerometer_scale");
         let unknown = Mounting {
             pitch_deg: f64::NAN,
             ..Mounting::default()
         };
-        assert_eq!(unknown.check().unwrap_err().field, "pitch_deg");
+        assert_eq!(unknown.check().unwrap_err().name, "pitch_deg");
         Mounting::default().check().unwrap();
     }
 

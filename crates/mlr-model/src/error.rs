@@ -1,3 +1,4 @@
+use mlr_filter::SettingError;
 use thiserror::Error;
 
 /// Everything that can be wrong with a robot, a gait, a morphology or the
@@ -13,16 +14,9 @@ pub enum ModelError {
         /// Names line, column and the expected form.
         source: Box<toml::de::Error>,
     },
-    /// A value is well-formed but makes no sense.
-    #[error("{field}: {value} is not valid, expected {expected}")]
-    Value {
-        /// Path of the value, as in `legs[2].hip_m`.
-        field: String,
-        /// The value found.
-        value: String,
-        /// What it should have been.
-        expected: &'static str,
-    },
+    /// A value is well-formed but makes no sense. Its name is a path, as in `legs[2].hip_m`.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// The gait asks a foot to be where the leg cannot bring it.
     #[error(
         "leg {leg} cannot reach the gait's foot target ({x_m:.4}, {y_m:.4}, {z_m:.4}) m at gait time {time_s:.3} s: \
@@ -50,6 +44,19 @@ pub enum ModelError {
         /// Legs of the robot.
         robot: usize,
     },
+    /// The robot would lie on its belly.
+    #[error(
+        "in the gait's stance no leg reaches the ground: the body's underside is at \
+         {underside_m:.4} m, the lowest point with which a leg can touch the ground at \
+         {lowest_m:.4} m; expected a larger body_height_m of the gait, or a robot whose links \
+         with a contact reach further down"
+    )]
+    NoFooting {
+        /// Height of the body's underside over its origin.
+        underside_m: f64,
+        /// Height of the lowest point of any leg that can touch the ground.
+        lowest_m: f64,
+    },
     /// A morphology's text or numbers do not fit the robot.
     #[error("morphology {text:?}: {reason}")]
     Morphology {
@@ -58,34 +65,4 @@ pub enum ModelError {
         /// Why it does not fit.
         reason: String,
     },
-}
-
-impl ModelError {
-    /// A [`ModelError::Value`] for `field`.
-    pub(crate) fn value(
-        field: impl Into<String>,
-        value: impl std::fmt::Display,
-        expected: &'static str,
-    ) -> Self {
-        Self::Value {
-            field: field.into(),
-            value: value.to_string(),
-            expected,
-        }
-    }
-
-    /// Checks that `value` is finite and within `low..=high`.
-    pub(crate) fn check_range(
-        field: impl Into<String>,
-        value: f64,
-        low: f64,
-        high: f64,
-        expected: &'static str,
-    ) -> Result<(), Self> {
-        if (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(Self::value(field, value, expected))
-        }
-    }
 }

@@ -1,8 +1,9 @@
 //! What may be wrong with a robot besides lost links.
 
+use mlr_filter::SettingError;
 use serde::{Deserialize, Serialize};
 
-use crate::{ModelError, Robot};
+use crate::Robot;
 
 /// Something about one robot that its description does not know and that is no lost
 /// link. Faults are written in files, so that legs, joints and links are numbered
@@ -59,63 +60,62 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Whether the robot can have this fault.
-    pub(crate) fn check(&self, robot: &Robot) -> Result<(), ModelError> {
-        let range = ModelError::check_range;
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        match self {
+            Self::FootFriction { mu, .. } => check("mu", *mu, 0.0..=10.0, ""),
+            Self::WeakLeg { gain, .. } => check("gain", *gain, 0.001..=10.0, ""),
+            Self::StuckJoint { angle_rad, .. } | Self::JointOffset { angle_rad, .. } => {
+                check("angle_rad", *angle_rad, -3.2..=3.2, "rad")
+            }
+            Self::ShortLink { length_lost_m, .. } => {
+                check("length_lost_m", *length_lost_m, 0.0..=1e3, "m")
+            }
+            Self::ExternalForce { force_n } => {
+                SettingError::check_each("force_n", force_n, -1e4..=1e4, "N")
+            }
+        }
+    }
+
+    /// Whether this robot can have this fault.
+    pub(crate) fn check_on(&self, robot: &Robot) -> Result<(), SettingError> {
+        self.check()?;
         match *self {
-            Self::FootFriction { leg, mu } => {
-                leg_of(robot, leg)?;
-                range("fault.mu", mu, 0.0, 10.0, "0 to 10")
+            Self::FootFriction { leg, .. } | Self::WeakLeg { leg, .. } => {
+                leg_of(robot, leg).map(|_| ())
             }
-            Self::WeakLeg { leg, gain } => {
-                leg_of(robot, leg)?;
-                range("fault.gain", gain, 1e-3, 10.0, "0.001 to 10")
-            }
-            Self::StuckJoint {
-                leg,
-                joint,
-                angle_rad,
-            }
-            | Self::JointOffset {
-                leg,
-                joint,
-                angle_rad,
-            } => {
-                link_of(robot, leg, joint)?;
-                range("fault.angle_rad", angle_rad, -3.2, 3.2, "-3.2 to 3.2 rad")
+            Self::StuckJoint { leg, joint, .. } | Self::JointOffset { leg, joint, .. } => {
+                link_of(robot, leg, "joint", joint).map(|_| ())
             }
             Self::ShortLink {
                 leg,
                 link,
                 length_lost_m,
             } => {
-                let length_m = link_of(robot, leg, link)?;
-                range(
-                    "fault.length_lost_m",
-                    length_lost_m,
-                    0.0,
-                    0.9 * length_m,
-                    "0 to nine tenths of the link",
-                )
+                let most_m = 0.9 * link_of(robot, leg, "link", link)?;
+                SettingError::check("length_lost_m", length_lost_m, 0.0..=most_m, "m")
             }
-            Self::ExternalForce { force_n } => force_n
-                .iter()
-                .try_for_each(|force| range("fault.force_n", *force, -1e4, 1e4, "-10 to 10 kN")),
+            Self::ExternalForce { .. } => Ok(()),
         }
     }
 }
 
-fn leg_of(robot: &Robot, leg: usize) -> Result<&crate::Leg, ModelError> {
+fn leg_of(robot: &Robot, leg: usize) -> Result<&crate::Leg, SettingError> {
+    let legs = robot.legs();
     leg.checked_sub(1)
-        .and_then(|index| robot.legs().get(index))
-        .ok_or_else(|| ModelError::value("fault.leg", leg, "the number of a leg of the robot"))
+        .and_then(|index| legs.get(index))
+        .ok_or_else(|| SettingError::new("leg", leg, format!("1 to {}", legs.len())))
 }
 
-/// The length of a link.
-fn link_of(robot: &Robot, leg: usize, link: usize) -> Result<f64, ModelError> {
+/// The length of a link, which the fault calls `name`.
+fn link_of(robot: &Robot, leg: usize, name: &str, link: usize) -> Result<f64, SettingError> {
     let links = &leg_of(robot, leg)?.links;
     link.checked_sub(1)
         .and_then(|index| links.get(index))
         .map(|link| link.length_m)
-        .ok_or_else(|| ModelError::value("fault.link", link, "the number of a link of the leg"))
+        .ok_or_else(|| SettingError::new(name, link, format!("1 to {}", links.len())))
 }

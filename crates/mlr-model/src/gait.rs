@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
+use mlr_filter::SettingError;
 use nalgebra::Point3;
 use serde::Deserialize;
 
-use crate::{ModelError, robot::Leg};
+use crate::{ModelError, robot::Leg, setting_place::located};
 
 /// A periodic gait: each foot swings forward through a half sine and pushes
 /// straight back, legs differing only by their phase.
@@ -49,46 +50,30 @@ impl Gait {
     ///
     /// # Errors
     /// [`ModelError::Syntax`] with line and column when the text is not TOML of
-    /// the expected form, [`ModelError::Value`] when a value makes no sense.
+    /// the expected form, [`ModelError::Setting`] when a value makes no sense.
     pub fn from_toml(text: &str) -> Result<Self, ModelError> {
         let gait: Self = toml::from_str(text).map_err(|source| ModelError::Syntax {
             what: "gait",
             source: Box::new(source),
         })?;
-        gait.check()?;
+        gait.check().map_err(|error| located(error, text))?;
         Ok(gait)
     }
 
-    fn check(&self) -> Result<(), ModelError> {
-        let range = ModelError::check_range;
-        range("period_s", self.period_s, 0.01, 100.0, "0.01 to 100 s")?;
-        range("ramp_s", self.ramp_s, 0.0, 100.0, "0 to 100 s")?;
-        range("stride_m", self.stride_m, -10.0, 10.0, "-10 to 10 m")?;
-        range("lift_m", self.lift_m, 0.0, 10.0, "0 to 10 m")?;
-        range(
-            "body_height_m",
-            self.body_height_m,
-            -10.0,
-            10.0,
-            "-10 to 10 m",
-        )?;
-        range(
-            "swing_fraction",
-            self.swing_fraction,
-            0.01,
-            0.99,
-            "0.01 to 0.99",
-        )?;
-        for (leg, offset) in self.phase_offsets.iter().enumerate() {
-            ModelError::check_range(
-                format!("phase_offsets[{leg}]"),
-                *offset,
-                0.0,
-                1.0,
-                "0 to 1 of a period",
-            )?;
-        }
-        Ok(())
+    /// Checks every number. Whether a robot can follow is another question:
+    /// [`JointCommands`](crate::JointCommands).
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        check("period_s", self.period_s, 0.1..=60.0, "s")?;
+        check("ramp_s", self.ramp_s, 0.0..=60.0, "s")?;
+        check("stride_m", self.stride_m, -10.0..=10.0, "m")?;
+        check("lift_m", self.lift_m, 0.0..=10.0, "m")?;
+        check("body_height_m", self.body_height_m, 0.001..=10.0, "m")?;
+        check("swing_fraction", self.swing_fraction, 0.01..=0.99, "")?;
+        SettingError::check_each("phase_offsets", &self.phase_offsets, 0.0..=1.0, "")
     }
 
     /// Where leg `leg` (from 0) is told to have its foot tip at gait time

@@ -1,5 +1,7 @@
 //! The joint angles that the gait commands, tick by tick.
 
+use mlr_filter::SettingError;
+
 use crate::{Gait, ModelError, Robot, kinematics};
 
 /// Commanded joint angles of the healthy robot, one set per controller tick.
@@ -21,7 +23,8 @@ impl JointCommands {
     /// Solves the inverse kinematics of every foot target up to `duration_s`.
     ///
     /// # Errors
-    /// [`ModelError::LegCount`] when gait and robot do not fit,
+    /// [`ModelError::Setting`] when a number of the gait makes no sense,
+    /// [`ModelError::LegCount`] and [`ModelError::NoFooting`] when gait and robot do not fit,
     /// [`ModelError::Unreachable`] for the first target out of reach.
     pub fn new(robot: &Robot, gait: &Gait, duration_s: f64) -> Result<Self, ModelError> {
         if gait.phase_offsets.len() != robot.legs().len() {
@@ -30,11 +33,19 @@ impl JointCommands {
                 robot: robot.legs().len(),
             });
         }
+        gait.check()?;
         let hold_s = robot.servo().command_hold_s;
+        if gait.period_s < 2.0 * hold_s {
+            let expected = format!("at least two of the servos' commands, {} s", 2.0 * hold_s);
+            return Err(SettingError::new("period_s", gait.period_s, expected).into());
+        }
         let last_tick = whole_ticks(duration_s, hold_s) + 1;
         let ticks = (0..=last_tick)
             .map(|tick| angles_at(robot, gait, tick as f64 * hold_s))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
+        if let Some(stance) = ticks.first() {
+            check_footing(robot, stance)?;
+        }
         let first_joint = robot
             .legs()
             .iter()
@@ -56,6 +67,28 @@ impl JointCommands {
     pub fn angle_rad(&self, leg: usize, link: usize, time_s: f64) -> f64 {
         let tick = whole_ticks(time_s, self.hold_s).min(self.ticks.len() - 1);
         self.ticks[tick][self.first_joint[leg] + link]
+    }
+}
+
+/// In the stance, whose joint angles are given leg by leg, a leg must reach further down than
+/// the body.
+fn check_footing(robot: &Robot, stance_rad: &[f64]) -> Result<(), ModelError> {
+    let underside_m = -robot.body().size_m.z / 2.0;
+    let mut lowest_m = f64::INFINITY;
+    let mut rest_rad = stance_rad;
+    for leg in robot.legs() {
+        let (angles_rad, more_rad) = rest_rad.split_at(leg.links.len().min(rest_rad.len()));
+        rest_rad = more_rad;
+        let of_leg_m = kinematics::lowest_contact_m(leg, angles_rad);
+        lowest_m = lowest_m.min(of_leg_m.unwrap_or(f64::INFINITY));
+    }
+    if lowest_m < underside_m {
+        Ok(())
+    } else {
+        Err(ModelError::NoFooting {
+            underside_m,
+            lowest_m,
+        })
     }
 }
 
@@ -109,6 +142,31 @@ mod tests {
             .to_string();
         assert!(message.starts_with("leg "), "{message}");
         assert!(message.contains("gait time"), "{message}");
+    }
+
+    #[test]
+    fn a_stance_in_which_no_leg_reaches_the_ground_is_refused() {
+        let commands = |robot: &str, gait: &Gait| {
+            JointCommands::new(&Robot::from_toml(robot).unwrap(), gait, 1.0)
+        };
+        // The feet are level with the middle of the body.
+        let lying = Gait {
+            body_height_m: 0.001,
+            lift_m: 0.0,
+            ..Gait::tripod()
+        };
+        let error = commands(Robot::JETHEXA_TOML, &lying).unwrap_err();
+        assert!(matches!(error, ModelError::NoFooting { .. }), "{error}");
+        // The tibias cannot touch the ground, and the femurs stay above the body's underside.
+        let foot = "contact = { shape = \"foot\", radius_m = 0.012 }";
+        let footless = Robot::JETHEXA_TOML.replace(foot, "");
+        let error = commands(&footless, &Gait::tripod()).unwrap_err();
+        assert!(matches!(error, ModelError::NoFooting { .. }), "{error}");
+        // The controls: the robot as it is, and one that has lost the femurs' contacts only.
+        assert!(commands(Robot::JETHEXA_TOML, &Gait::tripod()).is_ok());
+        let capsule = "contact = { shape = \"capsule\", radius_m = 0.012 }";
+        let only_feet = Robot::JETHEXA_TOML.replace(capsule, "");
+        assert!(commands(&only_feet, &Gait::tripod()).is_ok());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use crate::robot::Leg;
+use crate::robot::{ContactShape, Leg};
 
 /// A target counts as reached within this distance.
 pub const REACH_TOLERANCE_M: f64 = 1e-6;
@@ -24,6 +24,23 @@ pub fn foot_tip(leg: &Leg, angles_rad: &[f64]) -> Point3<f64> {
                 tip.translation.vector
             }),
     )
+}
+
+/// Height over the body's origin of the lowest point with which the leg can touch the ground,
+/// with the joints at `angles_rad`; `None` for a leg without contacts.
+pub(crate) fn lowest_contact_m(leg: &Leg, angles_rad: &[f64]) -> Option<f64> {
+    let lowest = leg.links.iter().zip(chain(leg, angles_rad));
+    lowest
+        .filter_map(|(link, tip)| {
+            let height_m = |back_m: f64| (tip * Point3::new(-back_m, 0.0, 0.0)).z;
+            link.contact.map(|contact| match contact {
+                ContactShape::Capsule { radius_m } => {
+                    height_m(0.0).min(height_m(link.length_m)) - radius_m
+                }
+                ContactShape::Foot { radius_m } => height_m(radius_m) - radius_m,
+            })
+        })
+        .min_by(f64::total_cmp)
 }
 
 /// Poses of the links' outer ends in the body frame, from the hip outward.

@@ -40,6 +40,7 @@ mod joint_commands;
 pub mod kinematics;
 mod morphology;
 mod robot;
+mod setting_place;
 mod simulation;
 mod terrain;
 mod variation;
@@ -50,6 +51,7 @@ pub use gait::{FootTarget, Gait};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
 pub use robot::{Body, ContactShape, JointAxis, Leg, Link, Robot, Servo};
+pub use setting_place::located;
 pub use simulation::{
     GroundContact, LostLinks, Outcome, Record, SimulationSettings, Simulator, Trajectory, Walk,
 };

@@ -1,5 +1,6 @@
 //! The ground under the robot.
 
+use mlr_filter::SettingError;
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,8 +8,6 @@ use rapier3d::math::Vector;
 use rapier3d::parry::utils::Array2;
 use rapier3d::prelude::SharedShape;
 use serde::{Deserialize, Serialize};
-
-use crate::ModelError;
 
 /// A plane of any inclination, smooth or covered with rubble.
 ///
@@ -41,15 +40,18 @@ impl Terrain {
     /// Half the side of the square that rubble covers.
     const ROUGH_HALF_WIDTH_M: f64 = 1.5;
 
-    pub(crate) fn check(&self) -> Result<(), ModelError> {
-        let range = ModelError::check_range;
-        range("slope_rad", self.slope_rad, 0.0, 1.2, "0 to 1.2 rad")?;
-        range("uphill_rad", self.uphill_rad, -10.0, 10.0, "an angle")?;
-        if let Some(roughness) = &self.roughness {
-            range("height_m", roughness.height_m, 0.0, 1.0, "0 to 1 m")?;
-            range("spacing_m", roughness.spacing_m, 0.005, 1.0, "0.005 to 1 m")?;
-        }
-        Ok(())
+    /// Steepest slope, in degrees, on which a walk is simulated.
+    pub const STEEPEST_DEG: f64 = 68.0;
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("slope_rad", self.slope_rad, 0.0..=1.2, "rad")?;
+        SettingError::check("uphill_rad", self.uphill_rad, -10.0..=10.0, "rad")?;
+        let roughness = self.roughness.as_ref().map_or(Ok(()), Roughness::check);
+        roughness.map_err(|error| error.under("roughness"))
     }
 
     /// Rotation from a horizontal plane to this one, without turning about the
@@ -82,6 +84,11 @@ impl Terrain {
 }
 
 impl Roughness {
+    fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("height_m", self.height_m, 0.0..=1.0, "m")?;
+        SettingError::check("spacing_m", self.spacing_m, 0.005..=1.0, "m")
+    }
+
     fn height_field(&self, width_m: f64) -> SharedShape {
         let points = libm::ceil(width_m / self.spacing_m) as usize + 1;
         let mut generator = ChaCha8Rng::seed_from_u64(self.seed);

@@ -1,8 +1,9 @@
 //! How a real robot may differ from its description.
 
+use mlr_filter::SettingError;
 use serde::{Deserialize, Serialize};
 
-use crate::{ModelError, Robot, SimulationSettings, Terrain};
+use crate::{GroundContact, ModelError, Robot, Servo, SimulationSettings, Terrain};
 
 /// A mass that rides on the body and is in no description.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -15,13 +16,9 @@ pub struct Payload {
 }
 
 impl Payload {
-    pub(crate) fn check(&self) -> Result<(), ModelError> {
-        let range = ModelError::check_range;
-        range("payload.mass_kg", self.mass_kg, 0.0, 1e3, "0 to 1000 kg")?;
-        for position in self.position_m {
-            range("payload.position_m", position, -10.0, 10.0, "-10 to 10 m")?;
-        }
-        Ok(())
+    pub(crate) fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("mass_kg", self.mass_kg, 0.0..=1e6, "kg")?;
+        SettingError::check_each("position_m", &self.position_m, -1e3..=1e3, "m")
     }
 }
 
@@ -60,19 +57,42 @@ impl Default for Variation {
 }
 
 impl Variation {
-    /// Robot and settings as varied.
+    /// Checks every number. Ground without friction is valid.
     ///
     /// # Errors
-    /// [`ModelError::Value`] when a parameter makes no sense.
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        check("friction", self.friction, 0.0..=100.0, "")?;
+        check("stiffness", self.stiffness, 0.001..=1000.0, "")?;
+        check("payload", self.payload, 0.0..=10.0, "")?;
+        SettingError::check_each("payload_at", &self.payload_at, -10.0..=10.0, "")?;
+        check(
+            "slope_deg",
+            self.slope_deg,
+            0.0..=Terrain::STEEPEST_DEG,
+            "degrees",
+        )?;
+        check("uphill_deg", self.uphill_deg, -360.0..=360.0, "degrees")
+    }
+
+    /// Robot and settings as varied. What is varied beyond the bounds of a setting stays at
+    /// them: a ground that grips ever more changes nothing.
+    ///
+    /// # Errors
+    /// [`ModelError::Setting`] when a parameter makes no sense.
     pub fn apply(
         &self,
         robot: &Robot,
         settings: &SimulationSettings,
     ) -> Result<(Robot, SimulationSettings), ModelError> {
+        self.check()?;
         let mut servo = *robot.servo();
-        servo.stiffness_nm_per_rad *= self.stiffness;
+        servo.stiffness_nm_per_rad =
+            (servo.stiffness_nm_per_rad * self.stiffness).clamp(Servo::SOFTEST, Servo::STIFFEST);
         let mut settings = settings.clone();
-        settings.contact.friction *= self.friction;
+        settings.contact.friction =
+            (settings.contact.friction * self.friction).min(GroundContact::LARGEST_FRICTION);
         if self.payload != 0.0 {
             let body = robot.body();
             let half_m = body.size_m / 2.0;

@@ -155,23 +155,23 @@ fn a_pull_moves_the_robot_its_way() {
 #[test]
 fn faults_that_the_robot_cannot_have_are_refused() {
     let cases = [
-        (Fault::WeakLeg { leg: 0, gain: 0.5 }, "fault.leg"),
-        (Fault::WeakLeg { leg: 7, gain: 0.5 }, "fault.leg"),
+        (Fault::WeakLeg { leg: 0, gain: 0.5 }, "faults[0].leg"),
+        (Fault::WeakLeg { leg: 7, gain: 0.5 }, "faults[0].leg"),
         (
             Fault::WeakLeg {
                 leg: 1,
                 gain: f64::NAN,
             },
-            "fault.gain",
+            "faults[0].gain",
         ),
-        (Fault::FootFriction { leg: 1, mu: -0.1 }, "fault.mu"),
+        (Fault::FootFriction { leg: 1, mu: -0.1 }, "faults[0].mu"),
         (
             Fault::StuckJoint {
                 leg: 1,
                 joint: 4,
                 angle_rad: 0.0,
             },
-            "fault.link",
+            "faults[0].joint",
         ),
         (
             Fault::ShortLink {
@@ -179,13 +179,13 @@ fn faults_that_the_robot_cannot_have_are_refused() {
                 link: 2,
                 length_lost_m: 0.2,
             },
-            "fault.length_lost_m",
+            "faults[0].length_lost_m",
         ),
         (
             Fault::ExternalForce {
                 force_n: [0.0, f64::INFINITY, 0.0],
             },
-            "fault.force_n",
+            "faults[0].force_n",
         ),
     ];
     for (fault, field) in cases {

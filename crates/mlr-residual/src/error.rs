@@ -3,6 +3,9 @@ use thiserror::Error;
 /// Why a sensor's record has no answer.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SensorError {
+    /// A setting makes no sense.
+    #[error(transparent)]
+    Setting(#[from] mlr_filter::SettingError),
     /// The columns do not have the same length.
     #[error("{column} has {found} samples, the time stamps are {expected}")]
     Length {

@@ -3,6 +3,7 @@
 mod describe;
 mod trial;
 
+use mlr_filter::SettingError;
 use trial::Trial;
 
 use crate::{
@@ -40,6 +41,18 @@ impl Default for SelectionSettings {
     }
 }
 
+impl SelectionSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("significance", self.significance, 1e-9..=1.0, "")?;
+        let price = self.price_per_parameter;
+        SettingError::check("price_per_parameter", price, 0.0..=1.0, "")
+    }
+}
+
 /// The verdict on a candidate in one round.
 struct Judged {
     trial: Trial,
@@ -70,11 +83,13 @@ struct Judged {
 /// that not every sensor has is taken out again and stays out unless it still earns its price.
 ///
 /// # Errors
-/// [`SensorError::UnknownEffect`] for a kind in `without` that is not in the library.
+/// [`SensorError::UnknownEffect`] for a kind in `without` that is not in the library,
+/// [`SensorError::Setting`] for a number that makes no sense.
 pub fn explain_sensor(
     record: &SensorRecord,
     settings: &SelectionSettings,
 ) -> Result<SensorExplanation, SensorError> {
+    settings.check()?;
     for kind in &settings.without {
         crate::sensor_effects::find(kind).ok_or_else(|| SensorError::UnknownEffect {
             kind: kind.clone(),

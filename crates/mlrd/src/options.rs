@@ -1,7 +1,7 @@
 use std::{fs, path::PathBuf};
 
 use anyhow::Context;
-use clap::Parser;
+use clap::{Parser, builder::NonEmptyStringValueParser};
 
 use crate::{FramingName, Settings};
 
@@ -10,13 +10,14 @@ use crate::{FramingName, Settings};
 #[command(name = "mlrd", version, max_term_width = 100)]
 pub struct Options {
     /// Serial port of the IMU, as in /dev/ttyTHS1.
-    #[arg(long, value_name = "DEVICE", conflicts_with = "i2c")]
+    #[arg(long, value_name = "DEVICE", conflicts_with = "i2c",
+          value_parser = NonEmptyStringValueParser::new())]
     port: Option<String>,
     /// I²C bus of an MPU6050, as in /dev/i2c-1, instead of a port.
     #[arg(long, value_name = "BUS")]
     i2c: Option<PathBuf>,
     /// Speed of the port [default: 115200].
-    #[arg(long, value_name = "BAUD")]
+    #[arg(long, value_name = "BAUD", allow_negative_numbers = true)]
     baud: Option<u32>,
     /// Framing of the bytes [default: auto].
     #[arg(long, value_enum)]
@@ -40,10 +41,10 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     gait: Option<PathBuf>,
     /// Threads for identification [default: all cores but one].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<usize>,
     /// Seed of the genetic algorithm [default: 1].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Do not explain walks that were identified.
     #[arg(long)]
@@ -55,13 +56,13 @@ impl Options {
     /// their place.
     ///
     /// # Errors
-    /// Names the file, the line and what was expected.
+    /// Names the file, the line and the key, or the option, and what was expected.
     pub fn settings(&self) -> anyhow::Result<Settings> {
         let mut settings = match &self.config {
             Some(path) => {
                 let name = || path.display().to_string();
                 let text = fs::read_to_string(path).with_context(name)?;
-                Settings::from_toml(&text).with_context(name)?
+                Settings::checked_from_toml(&text).with_context(name)?
             }
             None => Settings::default(),
         };
@@ -94,7 +95,15 @@ impl Options {
                 setting.clone_from(option);
             }
         }
-        settings.check()?;
+        // The file was checked: what is wrong now was typed.
+        let checked = settings.check().map_err(|error| {
+            error.as_option(&[
+                ("baud", "--baud"),
+                ("threads", "--threads"),
+                ("seed", "--seed"),
+            ])
+        });
+        checked?;
         Ok(settings)
     }
 }
@@ -111,5 +120,56 @@ mod tests {
         };
         assert!(settings(&[]).explain);
         assert!(!settings(&["--no-explain"]).explain);
+    }
+
+    /// What is said of these arguments, by the parser or by the settings.
+    fn refused(arguments: &[&str]) -> String {
+        let arguments = ["mlrd"].iter().chain(arguments);
+        match Options::try_parse_from(arguments) {
+            Ok(options) => format!("{:#}", options.settings().unwrap_err()),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn options_that_make_no_sense_are_named() {
+        for (option, value) in [
+            ("--baud", "0"),
+            ("--baud", "-1"),
+            ("--baud", "4000000000"),
+            ("--threads", "0"),
+            ("--threads", "-2"),
+            ("--threads", "10000"),
+            ("--seed", "-1"),
+            ("--seed", "18446744073709551615"),
+            ("--port", ""),
+            ("--i2c", ""),
+            ("--config", ""),
+            ("--state-dir", ""),
+            ("--record", ""),
+            ("--atlas", ""),
+            ("--robot", ""),
+            ("--gait", ""),
+        ] {
+            let message = refused(&[option, value]);
+            assert!(message.contains(option), "{option} {value}: {message}");
+        }
+        let message = refused(&["--baud", "0"]);
+        assert_eq!(
+            message,
+            "--baud: 0 is not valid, expected 1200 to 12000000 baud"
+        );
+    }
+
+    #[test]
+    fn a_bad_value_in_the_file_is_the_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mlrd.toml");
+        fs::write(&path, "# robot 7\nbaud = 0\n").unwrap();
+        let message = refused(&["--config", path.to_str().unwrap()]);
+        assert!(
+            message.contains("mlrd.toml: line 2: baud: 0 is not valid"),
+            "{message}"
+        );
     }
 }

@@ -1,11 +1,17 @@
 //! Everything about the daemon that can be chosen: one type for the
 //! configuration file and the command line.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, bail};
 use clap::ValueEnum;
-use mlr_ga::IdentifySettings;
+use mlr_filter::SettingError;
+use mlr_ga::{
+    Configuration, ConfigurationError, IdentifySettings, LARGEST_SEED, checked_toml, most_threads,
+};
 use mlr_imu::{FullScale, Mounting};
 use mlr_model::{Gait, Robot};
 use mlr_residual::walk::TracingSettings;
@@ -86,6 +92,18 @@ impl Default for RecordSettings {
     }
 }
 
+impl RecordSettings {
+    fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("file_mb", self.file_mb, 0.01..=1e6, "MB")?;
+        SettingError::check("total_mb", self.total_mb, 0.01..=1e9, "MB")?;
+        if self.total_mb < self.file_mb {
+            let expected = format!("at least file_mb, {} MB", self.file_mb);
+            return Err(SettingError::new("total_mb", self.total_mb, expected));
+        }
+        Ok(())
+    }
+}
+
 /// A framing, or recognise it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -134,40 +152,56 @@ impl Settings {
         toml::from_str(text)
     }
 
-    /// Checks what no other part checks before the first bytes arrive.
-    pub(crate) fn check(&self) -> anyhow::Result<()> {
-        for (name, value, low, high) in [
-            ("i2c_rate_hz", self.i2c_rate_hz, 20.0, 1000.0),
-            ("status_every_s", self.status_every_s, 0.1, 86_400.0),
-            ("record.file_mb", self.record.file_mb, 0.01, 1e6),
-            ("record.total_mb", self.record.total_mb, 0.01, 1e9),
-            ("tracing.least_gain", self.tracing.least_gain, 0.0, 1e6),
-            (
-                "tracing.price_per_parameter",
-                self.tracing.price_per_parameter,
-                0.0,
-                1e6,
-            ),
-            ("tracing.rival_gain", self.tracing.rival_gain, 0.0, 1e6),
-            ("tracing.switch_gain", self.tracing.switch_gain, 0.0, 1e6),
+    /// Reads and checks settings.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names the line, and the key as the file spells it.
+    pub fn checked_from_toml(text: &str) -> Result<Self, ConfigurationError> {
+        checked_toml(text, Self::check)
+    }
+
+    /// Checks every number and path. Whether there is a sensor is another question: the
+    /// command line may name it.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        for (name, path) in [
+            ("port", self.port.as_ref().map(Path::new)),
+            ("i2c", self.i2c.as_deref()),
+            ("state_dir", self.state_dir.as_deref()),
+            ("atlas", self.atlas.as_deref()),
+            ("robot", self.robot.as_deref()),
+            ("gait", self.gait.as_deref()),
+            ("record.dir", self.record.dir.as_deref()),
         ] {
-            let valid = (low..=high).contains(&value);
-            ensure!(
-                valid,
-                "{name}: {value} is not valid, expected {low} to {high}"
-            );
+            if path.is_some_and(|path| path.as_os_str().is_empty()) {
+                return Err(SettingError::new(name, "\"\"", "a path"));
+            }
         }
-        ensure!(
-            self.record.total_mb >= self.record.file_mb,
-            "record.total_mb: {} is not valid, expected at least record.file_mb",
-            self.record.total_mb
-        );
-        ensure!(
-            self.threads != Some(0),
-            "threads: 0 is not valid, expected at least 1"
-        );
-        self.mounting.check()?;
-        Ok(())
+        self.shared().check()?;
+        // What is read more slowly than the identification allows is of no use.
+        let slowest_hz = self.identification.sampling.min_rate_hz.min(1000.0);
+        SettingError::check("i2c_rate_hz", self.i2c_rate_hz, slowest_hz..=1000.0, "Hz")?;
+        SettingError::check("baud", self.baud, 1200..=12_000_000, "baud")?;
+        if let Some(threads) = self.threads {
+            let most = most_threads();
+            SettingError::check("threads", threads, 1..=most, "threads on this machine")?;
+        }
+        SettingError::check("seed", self.seed, 0..=LARGEST_SEED, "")?;
+        let status_every_s = self.status_every_s;
+        SettingError::check("status_every_s", status_every_s, 0.1..=86_400.0, "s")?;
+        self.record.check().map_err(|error| error.under("record"))
+    }
+
+    /// What `mlr-ga --config` reads of the same file.
+    fn shared(&self) -> Configuration {
+        Configuration {
+            full_scale: self.full_scale,
+            mounting: self.mounting,
+            identification: self.identification.clone(),
+            tracing: self.tracing.clone(),
+        }
     }
 
     /// Where the bytes come from.
@@ -246,25 +280,72 @@ mod tests {
     }
 
     #[test]
-    fn values_that_make_no_sense_are_refused() {
-        let mut settings = Settings {
-            i2c_rate_hz: f64::NAN,
+    fn bounds_that_depend_on_each_other_or_the_machine_are_kept() {
+        let message = |text| Settings::checked_from_toml(text).unwrap_err().to_string();
+        assert!(message("[record]\ntotal_mb = 1.0").starts_with("line 2: record.total_mb: 1"));
+        assert!(message("i2c_rate_hz = 30.0").contains("45 to 1000 Hz"));
+        assert!(message("threads = 100000").contains("on this machine"));
+        assert!(message("port = ''").contains("port: \"\" is not valid, expected a path"));
+        assert!(Settings::default().source().is_err(), "no sensor is named");
+    }
+
+    #[test]
+    fn the_shipped_configuration_shows_the_defaults() {
+        let shipped = include_str!("../systemd/mlrd.toml");
+        // What has no default is shown as an example.
+        let examples = [
+            "i2c",
+            "state_dir",
+            "atlas",
+            "threads",
+            "robot",
+            "gait",
+            "dir",
+        ];
+        let is_key = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '_');
+        let lines = shipped.lines().filter_map(|line| {
+            let shown = line.strip_prefix("# ").unwrap_or(line);
+            match shown.split_once(" = ") {
+                Some((key, _)) if examples.contains(&key) => None,
+                Some((key, _)) if is_key(key) => Some(shown),
+                _ => Some(line),
+            }
+        });
+        let text: Vec<&str> = lines.collect();
+        let defaults = Settings {
+            port: Some("/dev/ttyTHS1".into()),
             ..Settings::default()
         };
-        assert!(settings.check().is_err());
-        settings = Settings::default();
-        settings.record.total_mb = 1.0;
-        assert!(
-            settings
-                .check()
-                .unwrap_err()
-                .to_string()
-                .contains("record.total_mb")
+        assert_eq!(
+            Settings::checked_from_toml(&text.join("\n")).unwrap(),
+            defaults
         );
-        settings = Settings::default();
-        settings.tracing.least_gain = f64::NAN;
-        assert!(settings.check().is_err());
-        assert!(Settings::default().source().is_err(), "no sensor is named");
+    }
+
+    #[test]
+    fn the_command_line_reads_the_same_file() {
+        let text = include_str!("../systemd/mlrd.toml");
+        assert_eq!(
+            Configuration::from_toml(text).unwrap(),
+            Settings::from_toml(text).unwrap().shared()
+        );
+        // Every key, alone: the daemon's own are known, the others are shared.
+        let complete = Settings {
+            port: Some("/dev/ttyTHS1".into()),
+            i2c: Some("/dev/i2c-1".into()),
+            state_dir: Some("/var/lib/mlrd".into()),
+            atlas: Some("jethexa.atlas".into()),
+            threads: Some(1),
+            robot: Some("robot.toml".into()),
+            gait: Some("gait.toml".into()),
+            ..Settings::default()
+        };
+        let all = toml::Table::try_from(complete).unwrap();
+        assert!(all.contains_key("gait") && all.contains_key("tracing"));
+        for (key, value) in all {
+            let alone = toml::Table::from_iter([(key, value)]).to_string();
+            Configuration::from_toml(&alone).unwrap();
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 use std::{ops::ControlFlow, path::Path};
 
 use mlr_imu::NewFile;
-use mlr_model::{Gait, LostLinks, Morphology, Robot};
+use mlr_model::{Gait, LostLinks, ModelError, Morphology, Robot};
 use rayon::prelude::*;
 
 use super::{
@@ -67,6 +67,7 @@ fn simulate_all(
     plan: AtlasPlan,
     progress: &dyn Progress,
 ) -> Result<(Header, Vec<i16>), AtlasProblem> {
+    settings.check_on(robot).map_err(ModelError::from)?;
     let walk_samples = (plan.duration_s * ComparableWalk::RATE_HZ).round() as usize;
     let header = Header::new(robot, gait, settings, plan.few_legs, walk_samples);
     let all: Vec<Morphology> = robot.layout().enumerate().collect();

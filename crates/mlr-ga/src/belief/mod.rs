@@ -1,7 +1,10 @@
-//! How sure the answer is: priors over damage, and what a log makes of them.
+//! How sure the answer is: priors over damage, what a log makes of them, and whether any
+//! morphology explains it at all.
 
+mod plausibility;
 mod posterior;
 mod prior;
 
-pub use posterior::Posterior;
+pub use plausibility::{ErrorModel, PlausibilitySettings};
+pub use posterior::{Belief, Posterior};
 pub use prior::DamagePrior;

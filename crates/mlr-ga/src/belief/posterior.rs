@@ -1,5 +1,7 @@
 use mlr_model::Morphology;
 
+use super::DamagePrior;
+
 /// Probabilities of morphologies that exclude each other, most probable first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posterior {
@@ -108,6 +110,62 @@ impl Posterior {
     }
 }
 
+/// What is believed of a robot: a posterior over morphologies, unless something else decides
+/// how it walks; then the log says nothing about legs, and what was believed before stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Belief {
+    /// If one of the morphologies is right.
+    pub posterior: Posterior,
+    /// What was believed before the log was seen.
+    pub prior: DamagePrior,
+    /// Probability that something else decides how the robot walks.
+    pub something_else: f64,
+}
+
+impl Belief {
+    /// Probability of a morphology.
+    pub fn of(&self, morphology: &Morphology) -> f64 {
+        self.mixed(
+            self.posterior.of(morphology),
+            self.prior.ln(morphology).exp(),
+        )
+    }
+
+    /// Probability that exactly the damaged legs of `morphology` are damaged.
+    pub fn of_legs_of(&self, morphology: &Morphology) -> f64 {
+        let damaged = morphology.damaged_legs();
+        self.mixed(
+            self.posterior.of_legs(&damaged),
+            self.prior.of_legs(damaged.len(), morphology.legs()),
+        )
+    }
+
+    /// Probability of each of so many legs to miss a link.
+    pub fn leg_damage(&self, legs: usize) -> Vec<f64> {
+        let damage = self.posterior.leg_damage(legs).into_iter();
+        damage
+            .map(|probability| self.mixed(probability, self.prior.leg_damaged))
+            .collect()
+    }
+
+    /// Probability of each link to be gone, leg by leg from the body outward.
+    pub fn link_loss(&self, links: impl IntoIterator<Item = usize>) -> Vec<Vec<f64>> {
+        let loss = self.posterior.link_loss(links).into_iter();
+        loss.map(|leg| {
+            let before = self.prior.link_loss(leg.len());
+            let pairs = leg.into_iter().zip(before);
+            pairs
+                .map(|(after, before)| self.mixed(after, before))
+                .collect()
+        })
+        .collect()
+    }
+
+    fn mixed(&self, of_the_log: f64, before: f64) -> f64 {
+        (1.0 - self.something_else) * of_the_log + self.something_else * before
+    }
+}
+
 fn is_whole(morphology: &Morphology, leg: usize) -> bool {
     morphology.remaining(leg) == morphology.links(leg)
 }
@@ -139,6 +197,31 @@ mod tests {
         let links = posterior.link_loss([3; 6]);
         assert!((links[2][0] - 0.3).abs() < 1e-12 && (links[2][1] - 0.6).abs() < 1e-12);
         assert_eq!(posterior.credible(0.5).len(), 2);
+    }
+
+    #[test]
+    fn what_nothing_explains_leaves_what_was_believed_before() {
+        let healthy = hexapod("111 111 111 111 111 111");
+        let posterior = Posterior::new([(healthy.clone(), 0.0)]);
+        let prior = DamagePrior::default();
+        let belief = |something_else| Belief {
+            posterior: posterior.clone(),
+            prior,
+            something_else,
+        };
+        assert_eq!(belief(0.0).leg_damage(6), [0.0; 6]);
+        assert_eq!(belief(0.0).of(&healthy), 1.0);
+        let lost = belief(1.0);
+        assert!(
+            lost.leg_damage(6)
+                .iter()
+                .all(|p| (p - prior.leg_damaged).abs() < 1e-12)
+        );
+        assert!((lost.of_legs_of(&healthy) - prior.of_legs(0, 6)).abs() < 1e-12);
+        let half = belief(0.5);
+        let expected = 0.5 + 0.5 * prior.of_legs(0, 6);
+        assert!((half.of_legs_of(&healthy) - expected).abs() < 1e-12);
+        assert!((half.link_loss([3; 6])[0][2] - 0.5 * prior.leg_damaged).abs() < 1e-12);
     }
 
     proptest! {

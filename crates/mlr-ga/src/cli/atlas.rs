@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Instant};
 
 use clap::{Args, Subcommand};
-use mlr_ga::{IdentifySettings, atlas};
+use mlr_ga::atlas;
 
 use super::{
     model_files::{self, ModelFiles},
@@ -29,7 +29,7 @@ struct BuildOptions {
     /// The file to write. An existing file is never overwritten.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// All settings of the identification, in TOML, as the atlas's user will have them.
+    /// All settings, in TOML, as the atlas's user will have them.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     #[command(flatten)]
@@ -39,8 +39,9 @@ struct BuildOptions {
 pub(super) fn run(options: &AtlasOptions) -> anyhow::Result<()> {
     let AtlasCommand::Build(options) = &options.command;
     let started = Instant::now();
-    let settings: IdentifySettings = model_files::settings(options.config.as_deref())?;
-    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let settings = model_files::configuration(options.config.as_deref())?.identification;
+    let (robot, gait) = options.model.read()?;
+    settings.check_on(&robot)?;
     let plan = atlas::AtlasPlan::default();
     let bar = Bar::new();
     let built = atlas::build(&options.output, &robot, &gait, &settings, plan, &bar);

@@ -19,7 +19,7 @@ pub(super) struct DetectOptions {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
-    /// All settings, in TOML.
+    /// All settings, in TOML, such as the daemon's /etc/mlrd.toml.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 }
@@ -34,8 +34,9 @@ struct Report<'a> {
 }
 
 pub(super) fn run(options: &DetectOptions) -> anyhow::Result<()> {
-    let settings: DetectionSettings = model_files::settings(options.config.as_deref())?;
-    let recording = options.log.read()?;
+    let configuration = model_files::configuration(options.config.as_deref())?;
+    let settings = DetectionSettings::from(&configuration.identification);
+    let recording = options.log.read()?.mounted(&configuration.mounting)?;
     let detection = detect(&recording, &settings).map_err(|error| options.log.blame(error))?;
     for warning in &detection.warnings {
         output::warning(warning);

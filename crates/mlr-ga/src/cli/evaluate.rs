@@ -4,10 +4,10 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    IdentifySettings, Model, Search, identify,
+    Configuration, IdentifySettings, Model, Search, identify,
     scoring::{LogScore, TotalScore, Truth, read_truths},
 };
-use mlr_imu::{Columns, read_log};
+use mlr_imu::{Columns, Recording, read_log};
 use mlr_model::LegLayout;
 use serde::Serialize;
 
@@ -29,7 +29,7 @@ pub(super) struct EvaluateOptions {
     #[arg(long, value_enum)]
     search: Option<SearchName>,
     /// Length of the compared stretch [default: 5 s].
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     window_s: Option<f64>,
     /// All settings, in TOML.
     #[arg(long, value_name = "FILE")]
@@ -53,11 +53,18 @@ struct DirectoryReport {
 }
 
 pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
-    let mut settings: IdentifySettings = model_files::settings(options.config.as_deref())?;
+    let Configuration {
+        identification: mut settings,
+        mounting,
+        ..
+    } = model_files::configuration(options.config.as_deref())?;
     if let Some(window_s) = options.window_s {
         settings.window_s = window_s;
     }
-    let (robot, gait) = (options.of.model.robot()?, options.of.model.gait()?);
+    let checked = settings.check();
+    checked.map_err(|error| error.as_option(&[("window_s", "--window-s")]))?;
+    let (robot, gait) = options.of.model.read()?;
+    settings.check_on(&robot)?;
     let atlas = options.of.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
         robot: &robot,
@@ -80,7 +87,10 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     let reports: Vec<DirectoryReport> = directories
         .into_iter()
         .map(|(directory, truths)| {
-            let score = |truth: &Truth| score(truth, model, &settings, search, options.of.seed);
+            let score = |truth: &Truth| {
+                let recording = read_log(&truth.log, &Columns::default())?.mounted(&mounting)?;
+                score(truth, &recording, model, &settings, search, options.of.seed)
+            };
             let scored = Scored::all(&truths, |truth| &truth.name, &bar, score);
             DirectoryReport {
                 total: TotalScore::new(&scored.logs, scored.unanswered(), &gait),
@@ -109,14 +119,14 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
 
 fn score(
     truth: &Truth,
+    recording: &Recording,
     model: Model<'_>,
     settings: &IdentifySettings,
     search: Search,
     seed: u64,
 ) -> anyhow::Result<LogScore> {
     let started = Instant::now();
-    let recording = read_log(&truth.log, &Columns::default())?;
-    let answer = identify(&recording, model, settings, search, seed, &())?;
+    let answer = identify(recording, model, settings, search, seed, &())?;
     Ok(LogScore::new(
         truth,
         &answer,

@@ -11,7 +11,6 @@ use mlr_ga::{
     },
 };
 use mlr_imu::{Columns, read_log};
-use mlr_residual::walk::TracingSettings;
 use serde::Serialize;
 
 use super::{
@@ -49,8 +48,8 @@ struct Report {
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
     let identify = IdentifySettings::default();
-    let tracing: TracingSettings = model_files::settings(options.tracing.as_deref())?;
-    let (robot, gait) = (options.of.model.robot()?, options.of.model.gait()?);
+    let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or_default();
+    let (robot, gait) = options.of.model.read()?;
     let atlas = options.of.atlas.open(&robot, &gait, &identify)?;
     let model = Model {
         robot: &robot,

@@ -6,8 +6,8 @@ use std::{
 };
 
 use clap::Args;
-use mlr_ga::{ExplainSettings, Explained, IdentifySettings, Model, explain};
-use mlr_residual::walk::{StretchErrors, TracedEffect, TracingSettings, WalkExplanation};
+use mlr_ga::{Configuration, ExplainSettings, Explained, LARGEST_SEED, Model, explain};
+use mlr_residual::walk::{StretchErrors, TracedEffect, WalkExplanation};
 use serde::Serialize;
 
 use super::{
@@ -31,11 +31,12 @@ pub(super) struct ExplainOptions {
     #[arg(long, value_enum)]
     search: Option<SearchName>,
     /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
     seed: u64,
     /// Log time at which the robot was commanded to walk, where that is known: a delay of servos or
     /// sensor shows only then.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     start_s: Option<f64>,
     /// Print one JSON object instead of a table.
     #[arg(long)]
@@ -43,10 +44,10 @@ pub(super) struct ExplainOptions {
     /// Write the JSON object to this file too. An existing file is never overwritten.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// All settings of the identification, in TOML.
+    /// All settings, in TOML, such as the daemon's /etc/mlrd.toml.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// All settings of the tracing, in TOML.
+    /// All settings of the tracing, in TOML, instead of those of --config.
     #[arg(long, value_name = "FILE")]
     tracing: Option<PathBuf>,
     #[command(flatten)]
@@ -68,13 +69,21 @@ pub(super) struct Report<'a> {
 
 pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let started = Instant::now();
-    let mut settings: IdentifySettings = model_files::settings(options.config.as_deref())?;
+    let Configuration {
+        identification: mut settings,
+        tracing,
+        mounting,
+        ..
+    } = model_files::configuration(options.config.as_deref())?;
     settings.motion_start_s = options.start_s.or(settings.motion_start_s);
-    let tracing: TracingSettings = model_files::settings(options.tracing.as_deref())?;
-    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let checked = settings.check();
+    checked.map_err(|error| error.as_option(&[("motion_start_s", "--start-s")]))?;
+    let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or(tracing);
+    let (robot, gait) = options.model.read()?;
+    settings.check_on(&robot)?;
     let file = options.output.as_deref();
     let file = file.map(ResultFile::reserve).transpose()?;
-    let recording = options.log.read()?;
+    let recording = options.log.read()?.mounted(&mounting)?;
     let atlas = options.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
         robot: &robot,

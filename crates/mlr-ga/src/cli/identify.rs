@@ -4,8 +4,10 @@ use std::{path::PathBuf, time::Instant};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use mlr_filter::SettingError;
 use mlr_ga::{
-    IdentificationReport, IdentifySettings, LossHypothesis, Model, Search, SearchMethod, identify,
+    IdentificationReport, IdentifySettings, LARGEST_SEED, LossHypothesis, Model, Search,
+    SearchMethod, identify,
 };
 
 use super::{
@@ -16,6 +18,9 @@ use super::{
     progress::Bar,
 };
 
+/// Runs of the genetic algorithm, at most.
+const MOST_REPEATS: u64 = 10_000;
+
 #[derive(Debug, Args)]
 pub(super) struct IdentifyOptions {
     #[command(flatten)]
@@ -24,10 +29,12 @@ pub(super) struct IdentifyOptions {
     #[arg(long, value_enum)]
     search: Option<SearchName>,
     /// Run the genetic algorithm N times, and report how often it found which morphology.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u64).range(1..=MOST_REPEATS))]
     repeats: u64,
     /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
     seed: u64,
     /// Print one JSON object instead of a table.
     #[arg(long)]
@@ -37,19 +44,19 @@ pub(super) struct IdentifyOptions {
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Length of the compared stretch [default: 5 s].
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     window_s: Option<f64>,
     /// Log time at which the compared stretch begins [default: the start of the walk, or when damage
     /// is flagged in mid-walk].
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     from_s: Option<f64>,
     /// What lost links may have become [default: either].
     #[arg(long, value_enum)]
     lost_links: Option<LossName>,
     /// Friction between feet and ground [default: 0.7].
-    #[arg(long, value_name = "MU")]
+    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
     friction: Option<f64>,
-    /// All settings, in TOML; options override it.
+    /// All settings, in TOML, such as the daemon's /etc/mlrd.toml; options override it.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     #[command(flatten)]
@@ -96,11 +103,13 @@ enum LossName {
 
 pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let started = Instant::now();
-    let settings = options.settings()?;
-    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let configuration = model_files::configuration(options.config.as_deref())?;
+    let settings = options.settings(configuration.identification)?;
+    let (robot, gait) = options.model.read()?;
+    settings.check_on(&robot)?;
     let picture = options.plot.as_deref();
     let picture = picture.map(ResultFile::reserve).transpose()?;
-    let recording = options.log.read()?;
+    let recording = options.log.read()?.mounted(&configuration.mounting)?;
     let atlas = options.atlas.open(&robot, &gait, &settings)?;
     let model = Model {
         robot: &robot,
@@ -139,8 +148,8 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
 }
 
 impl IdentifyOptions {
-    fn settings(&self) -> anyhow::Result<IdentifySettings> {
-        let mut settings: IdentifySettings = model_files::settings(self.config.as_deref())?;
+    /// The settings of the file, which were checked, with the options in their place.
+    fn settings(&self, mut settings: IdentifySettings) -> Result<IdentifySettings, SettingError> {
         if let Some(window_s) = self.window_s {
             settings.window_s = window_s;
         }
@@ -155,7 +164,14 @@ impl IdentifyOptions {
                 LossName::Either => LossHypothesis::Either,
             };
         }
-        Ok(settings)
+        let checked = settings.check().map_err(|error| {
+            error.as_option(&[
+                ("window_s", "--window-s"),
+                ("from_s", "--from-s"),
+                ("simulation.contact.friction", "--friction"),
+            ])
+        });
+        checked.map(|()| settings)
     }
 }
 
@@ -164,7 +180,18 @@ fn table(report: &IdentificationReport) -> String {
     let answer = &report.identification;
     let mut table = output::Table::default();
     table.line("log", &report.log);
-    table.line("damage", &answer.description);
+    if answer.implausible {
+        table.line(
+            "damage",
+            format!(
+                "not known: no morphology explains this log ({})",
+                percent(answer.something_else_probability)
+            ),
+        );
+        table.line("closest", &answer.description);
+    } else {
+        table.line("damage", &answer.description);
+    }
     table.line(
         "morphology",
         format!(
@@ -190,6 +217,15 @@ fn table(report: &IdentificationReport) -> String {
             answer.mean_error_deg, answer.cost_rad
         ),
     );
+    if !answer.implausible && answer.something_else_probability >= WORTH_A_LINE {
+        table.line(
+            "something else",
+            format!(
+                "decides how the robot walks: {}",
+                percent(answer.something_else_probability)
+            ),
+        );
+    }
     match answer.motion_start_s {
         Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
         None => table.line("walk starts", "before the log"),
@@ -249,6 +285,9 @@ fn table(report: &IdentificationReport) -> String {
     );
     table.into_text()
 }
+
+/// Below this, a probability that something else is wrong is not worth a line.
+const WORTH_A_LINE: f64 = 0.05;
 
 /// A probability that is neither 0 nor 1 is not shown as such.
 fn percent(probability: f64) -> String {

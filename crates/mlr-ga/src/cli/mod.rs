@@ -19,6 +19,8 @@ mod simulate;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use mlr_filter::SettingError;
+use mlr_ga::most_threads;
 
 /// Finds out which legs a legged robot has lost, from a log of its body IMU.
 #[derive(Debug, Parser)]
@@ -55,7 +57,7 @@ enum Command {
 #[derive(Debug, Args)]
 struct GlobalOptions {
     /// Threads to use [default: one per core].
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true)]
     threads: Option<usize>,
 }
 
@@ -66,8 +68,13 @@ pub(crate) fn run() -> ExitCode {
 }
 
 fn execute(cli: &Cli) -> anyhow::Result<()> {
+    if let Some(threads) = cli.global.threads {
+        let most = most_threads();
+        SettingError::check("--threads", threads, 1..=most, "threads on this machine")?;
+    }
+    // No number, or zero, is one per core.
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(cli.global.threads.unwrap_or(0))
+        .num_threads(cli.global.threads.unwrap_or_default())
         .build()?;
     pool.install(|| match &cli.command {
         Command::Identify(options) => identify::run(options),

@@ -1,4 +1,4 @@
-//! Robot and gait, embedded or from the user's files, and their atlas.
+//! Robot and gait, embedded or from the user's files, their atlas, and settings.
 
 use std::{
     fs,
@@ -7,9 +7,9 @@ use std::{
 
 use anyhow::Context;
 use clap::Args;
-use mlr_ga::{IdentifySettings, atlas::Atlas};
-use mlr_model::{Gait, Robot};
-use serde::de::DeserializeOwned;
+use mlr_ga::{Configuration, IdentifySettings, atlas::Atlas, checked_toml};
+use mlr_model::{Gait, JointCommands, Robot};
+use mlr_residual::walk::TracingSettings;
 
 /// Replaces the embedded robot and gait.
 #[derive(Debug, Args)]
@@ -23,13 +23,30 @@ pub(super) struct ModelFiles {
 }
 
 impl ModelFiles {
-    pub(super) fn robot(&self) -> anyhow::Result<Robot> {
-        load(self.robot.as_deref(), Robot::from_toml)
-            .map(|robot| robot.unwrap_or_else(Robot::jethexa))
+    /// Robot and gait, which fit together: the robot can follow the gait from its first step
+    /// until it repeats.
+    pub(super) fn read(&self) -> anyhow::Result<(Robot, Gait)> {
+        let robot = load(self.robot.as_deref(), Robot::from_toml)?;
+        let gait = load(self.gait.as_deref(), Gait::from_toml)?;
+        let robot = robot.unwrap_or_else(Robot::jethexa);
+        let gait = gait.unwrap_or_else(Gait::tripod);
+        match JointCommands::new(&robot, &gait, gait.ramp_s + gait.period_s) {
+            Ok(_) => Ok((robot, gait)),
+            Err(error) => Err(self.blame(error.into())),
+        }
     }
 
-    pub(super) fn gait(&self) -> anyhow::Result<Gait> {
-        load(self.gait.as_deref(), Gait::from_toml).map(|gait| gait.unwrap_or_else(Gait::tripod))
+    /// Names the files in an error that comes from both.
+    fn blame(&self, error: anyhow::Error) -> anyhow::Error {
+        let files: Vec<String> = [&self.gait, &self.robot]
+            .into_iter()
+            .flatten()
+            .map(|path| path.display().to_string())
+            .collect();
+        error.context(match files.is_empty() {
+            true => "the embedded robot and gait".to_string(),
+            false => files.join(" with "),
+        })
     }
 }
 
@@ -56,9 +73,14 @@ impl AtlasFile {
     }
 }
 
-/// Settings from a file in TOML; the default ones where none is named.
-pub(super) fn settings<S: DeserializeOwned + Default>(path: Option<&Path>) -> anyhow::Result<S> {
-    load(path, |text| toml::from_str(text)).map(Option::unwrap_or_default)
+/// All settings, checked, from a file in TOML; the default ones where none is named.
+pub(super) fn configuration(path: Option<&Path>) -> anyhow::Result<Configuration> {
+    load(path, Configuration::from_toml).map(Option::unwrap_or_default)
+}
+
+/// Settings of the tracing, checked, from a file of their own, if one is named.
+pub(super) fn tracing(path: Option<&Path>) -> anyhow::Result<Option<TracingSettings>> {
+    load(path, |text| checked_toml(text, TracingSettings::check))
 }
 
 /// Reads and parses a file, if there is one to read; errors name it.

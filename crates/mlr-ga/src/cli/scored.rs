@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use mlr_ga::LARGEST_SEED;
 use serde::Serialize;
 
 use super::{
@@ -20,7 +21,8 @@ pub(super) struct EvaluationOptions {
     #[command(flatten)]
     pub(super) atlas: AtlasFile,
     /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
     pub(super) seed: u64,
     /// Print one JSON object instead of tables.
     #[arg(long)]

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use mlr_filter::OrientationSeries;
+use mlr_filter::{OrientationSeries, SettingError};
+use mlr_ga::LARGEST_SEED;
 use mlr_imu::write_log;
 use mlr_model::{
     GroundContact, LegLayout, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
@@ -33,19 +34,39 @@ pub(super) struct SimulateOptions {
     #[arg(long, value_enum, default_value_t = LossName::Absent)]
     lost_links: LossName,
     /// How long the robot stands first.
-    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 2.0,
+        allow_negative_numbers = true
+    )]
     stand_s: f64,
     /// How long it then walks.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 10.0,
+        allow_negative_numbers = true
+    )]
     walk_s: f64,
     /// Time between two samples, and of a simulation step.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.002)]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 0.002,
+        allow_negative_numbers = true
+    )]
     time_step_s: f64,
     /// Friction between feet and ground.
-    #[arg(long, value_name = "MU", default_value_t = GroundContact::default().friction)]
+    #[arg(long, value_name = "MU", default_value_t = GroundContact::default().friction, allow_negative_numbers = true)]
     friction: f64,
     /// Inclination of the ground.
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0)]
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     slope_deg: f64,
     /// Direction in which the ground rises, counter-clockwise from straight ahead.
     #[arg(
@@ -56,10 +77,11 @@ pub(super) struct SimulateOptions {
     )]
     uphill_deg: f64,
     /// Cover the ground with rubble of this height.
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     rubble_m: Option<f64>,
     /// Chooses the rubble.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
     seed: u64,
     /// Print one JSON object instead of a sentence.
     #[arg(long)]
@@ -80,9 +102,10 @@ enum LossName {
 const RUBBLE_SPACING_M: f64 = 0.05;
 
 pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
-    let (robot, gait) = (options.model.robot()?, options.model.gait()?);
+    let settings = options.settings()?;
+    let (robot, gait) = options.model.read()?;
     let morphology = options.morphology(&robot.layout())?;
-    let simulator = Simulator::new(robot, &gait, options.settings())?;
+    let simulator = Simulator::new(robot, &gait, settings)?;
     let orientation = match simulator.simulate(&morphology) {
         Outcome::Walked(trajectory) => trajectory.orientation,
         Outcome::Diverged { at_s } => bail!(
@@ -131,8 +154,12 @@ impl SimulateOptions {
         }
     }
 
-    fn settings(&self) -> SimulationSettings {
-        SimulationSettings {
+    fn settings(&self) -> Result<SimulationSettings, SettingError> {
+        // The only two that are told in another unit than the setting has.
+        let steepest_deg = Terrain::STEEPEST_DEG;
+        SettingError::check("--slope-deg", self.slope_deg, 0.0..=steepest_deg, "degrees")?;
+        SettingError::check("--uphill-deg", self.uphill_deg, -360.0..=360.0, "degrees")?;
+        let settings = SimulationSettings {
             duration_s: self.walk_s,
             stand_s: self.stand_s,
             time_step_s: self.time_step_s,
@@ -154,6 +181,16 @@ impl SimulateOptions {
                 }),
             },
             ..Default::default()
-        }
+        };
+        let checked = settings.check().map_err(|error| {
+            error.as_option(&[
+                ("duration_s", "--walk-s"),
+                ("stand_s", "--stand-s"),
+                ("time_step_s", "--time-step-s"),
+                ("contact.friction", "--friction"),
+                ("terrain.roughness.height_m", "--rubble-m"),
+            ])
+        });
+        checked.map(|()| settings)
     }
 }

@@ -95,6 +95,23 @@ impl AlignedMeasurement {
         self.samples
     }
 
+    /// How far the body moves: mean square of each axis without its mean and trend, in deg²,
+    /// under an alignment that is tried.
+    pub fn motion_deg2(&self, alignment: Alignment) -> [f64; AXES] {
+        let index = self.alignments.iter().position(|one| *one == alignment);
+        let signals = self.signals.chunks(AXES * self.samples);
+        let signal = index.and_then(|index| signals.into_iter().nth(index));
+        let mut motion_deg2 = [0.0; AXES];
+        for (target, axis) in motion_deg2
+            .iter_mut()
+            .zip(signal.unwrap_or_default().chunks(self.samples))
+        {
+            let squares: f64 = axis.iter().map(|x| f64::from(x * x)).sum();
+            *target = squares / axis.len() as f64;
+        }
+        motion_deg2
+    }
+
     /// How far `walk`, from its sample `from` on, is from the measurement, with the
     /// alignment under which it is likeliest. `None` when the walk is too short.
     pub fn misfit(

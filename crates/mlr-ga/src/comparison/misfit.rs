@@ -1,3 +1,4 @@
+use mlr_filter::SettingError;
 use serde::{Deserialize, Serialize};
 
 use super::Alignment;
@@ -35,13 +36,24 @@ impl Default for LikelihoodSettings {
     fn default() -> Self {
         Self {
             independent_errors: [5.0, 5.0, 3.0],
-            floor_deg: 0.15,
+            floor_deg: 0.05,
             clock_deviation: 0.035,
         }
     }
 }
 
 impl LikelihoodSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let errors = &self.independent_errors;
+        SettingError::check_each("independent_errors", errors, 0.01..=1000.0, "")?;
+        SettingError::check("floor_deg", self.floor_deg, 1e-6..=45.0, "degrees")?;
+        SettingError::check("clock_deviation", self.clock_deviation, 1e-6..=1.0, "")
+    }
+
     /// Logarithm of the likelihood, up to a constant.
     pub fn ln_likelihood(&self, misfit: &Misfit) -> f64 {
         self.ln_of_errors(misfit.mean_square_deg2) - self.ln_price_of(misfit.alignment)
@@ -102,9 +114,10 @@ mod tests {
     #[test]
     fn below_the_floor_errors_hardly_count() {
         let settings = LikelihoodSettings::default();
-        let ln = |s| settings.ln_likelihood(&misfit([s; 3], 0.0));
-        assert!(ln(0.0) - ln(0.001) < 0.5);
-        assert!(ln(0.1) - ln(0.4) > 5.0);
+        let ln = |error_deg: f64| settings.ln_likelihood(&misfit([error_deg.powi(2); 3], 0.0));
+        let floor_deg = settings.floor_deg;
+        assert!(ln(0.0) - ln(0.2 * floor_deg) < 0.5);
+        assert!(ln(2.0 * floor_deg) - ln(4.0 * floor_deg) > 5.0);
     }
 
     #[test]

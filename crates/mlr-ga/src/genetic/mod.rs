@@ -37,7 +37,7 @@ mod refinement;
 mod settings;
 
 pub use population::Population;
-pub use settings::{GeneticSettings, SettingsError};
+pub use settings::GeneticSettings;
 
 use mlr_model::{LegLayout, Morphology};
 

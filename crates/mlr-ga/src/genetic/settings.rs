@@ -1,6 +1,6 @@
+use mlr_filter::SettingError;
 use mlr_model::LegLayout;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 /// Parameters of the genetic algorithm, with the paper's table as defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,58 +44,27 @@ impl Default for GeneticSettings {
     }
 }
 
-/// Settings that make no sense.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("genetic.{field}: {value} is not valid, expected {expected}")]
-pub struct SettingsError {
-    field: &'static str,
-    value: String,
-    expected: &'static str,
-}
-
 impl GeneticSettings {
-    /// Checks the settings.
+    /// Checks every number. No generations are valid: then the initial populations are
+    /// refined.
     ///
     /// # Errors
-    /// [`SettingsError`] naming the field.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        let count = |field, value: usize, least: usize, expected| {
-            if (least..=100_000).contains(&value) {
-                Ok(())
-            } else {
-                Err(SettingsError {
-                    field,
-                    value: value.to_string(),
-                    expected,
-                })
-            }
-        };
-        let rate = |field, value: f64| {
-            if (0.0..=1.0).contains(&value) {
-                Ok(())
-            } else {
-                Err(SettingsError {
-                    field,
-                    value: value.to_string(),
-                    expected: "a probability from 0 to 1",
-                })
-            }
-        };
-        count("population", self.population, 2, "2 to 100000")?;
-        count("generations", self.generations, 0, "0 to 100000")?;
-        count("islands", self.islands, 1, "1 to 100000")?;
-        rate("crossover_rate", self.crossover_rate)?;
-        rate("mutation_rate", self.mutation_rate)?;
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("population", self.population, 2..=10_000, "candidates")?;
+        SettingError::check("generations", self.generations, 0..=10_000, "")?;
+        SettingError::check("crossover_rate", self.crossover_rate, 0.0..=1.0, "")?;
+        SettingError::check("mutation_rate", self.mutation_rate, 0.0..=1.0, "")?;
         if self.link_probability.is_empty() {
-            return Err(SettingsError {
-                field: "link_probability",
-                value: "[]".into(),
-                expected: "at least one probability",
-            });
+            let expected = "at least one probability";
+            return Err(SettingError::new("link_probability", "[]", expected));
         }
-        self.link_probability
-            .iter()
-            .try_for_each(|p| rate("link_probability", *p))
+        let probabilities = &self.link_probability;
+        SettingError::check_each("link_probability", probabilities, 0.0..=1.0, "")?;
+        if let Some(patience) = self.patience {
+            SettingError::check("patience", patience, 1..=10_000, "generations")?;
+        }
+        SettingError::check("islands", self.islands, 1..=100, "")
     }
 
     /// P_ij for link `link` (from 0).

@@ -14,6 +14,12 @@ pub struct Identification {
     pub damaged_legs: Vec<usize>,
     /// The damage in words.
     pub description: String,
+    /// Whether no morphology explains the recording: it is more probable than not that
+    /// something else decides how the robot walks. The morphology is then only the closest.
+    pub implausible: bool,
+    /// Probability that something else than damage to legs decides how the robot walks. The
+    /// probabilities of legs, links and morphologies allow for it.
+    pub something_else_probability: f64,
     /// Probability of exactly this morphology.
     pub probability: f64,
     /// Probability that exactly these legs are damaged.
@@ -72,10 +78,12 @@ pub struct BestFit {
     /// Root mean square of what is left of roll, pitch and yaw without their means
     /// and trends.
     pub error_deg: [f64; 3],
+    /// Root mean square of measured roll, pitch and yaw without their means and trends.
+    pub motion_deg: [f64; 3],
 }
 
 impl BestFit {
-    pub(super) fn new(fit: CaseFit, variations: &[Variation]) -> Self {
+    pub(super) fn new(fit: CaseFit, motion_deg: [f64; 3], variations: &[Variation]) -> Self {
         Self {
             lost_links: fit.case.lost_links,
             alignment: fit.misfit.alignment,
@@ -84,6 +92,7 @@ impl BestFit {
                 .copied()
                 .unwrap_or_default(),
             error_deg: fit.misfit.mean_square_deg2.map(f64::sqrt),
+            motion_deg,
         }
     }
 }

@@ -134,7 +134,7 @@ impl MeasuredWalk {
         let phase = if !start.stood_before {
             warnings.push(
                 "the log does not show the robot standing before it walks: the phase of the gait \
-                 is fitted"
+                 is searched, which takes longer"
                     .into(),
             );
             GaitPhase::Unknown

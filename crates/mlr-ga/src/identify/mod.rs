@@ -16,7 +16,7 @@ pub use settings::IdentifySettings;
 
 use std::collections::BTreeMap;
 
-use mlr_imu::Recording;
+use mlr_imu::{Recording, quality::LogQuality};
 use mlr_model::{Gait, Morphology, Robot};
 
 use rayon::prelude::*;
@@ -24,8 +24,12 @@ use rayon::prelude::*;
 use model_walks::ModelWalks;
 
 use crate::{
-    AnswerError, Evaluations, Progress, WalkObjective, atlas::Atlas, belief::Posterior,
-    evaluation::CaseFit, exact, genetic, mean_error_deg, paper_cost::PaperCost,
+    AnswerError, Evaluations, Progress, WalkObjective,
+    atlas::Atlas,
+    belief::{Belief, Posterior},
+    evaluation::CaseFit,
+    exact, genetic, mean_error_deg,
+    paper_cost::PaperCost,
 };
 
 /// How the morphologies are searched.
@@ -91,23 +95,34 @@ pub fn identify(
     };
     let best = posterior.best().ok_or_else(no_walk)?.clone();
     let fit = likeliest_fit(&weighed, &best).ok_or_else(no_walk)?;
+    let fit = BestFit::new(
+        fit,
+        objective.motion_deg(fit.misfit.alignment),
+        &settings.variations,
+    );
+    let belief = Belief {
+        something_else: something_else(&fit, measured.quality(), settings),
+        prior: settings.prior,
+        posterior,
+    };
     let paper_cost = PaperCost::new(&measured, robot, gait, settings)?;
-    let (simulated, cost_rad) = paper_cost
-        .of(&best, fit.case.lost_links)
-        .ok_or_else(no_walk)?;
+    let (simulated, cost_rad) = paper_cost.of(&best, fit.lost_links).ok_or_else(no_walk)?;
     Ok(Identification {
         morphology: best.to_rows(),
         damaged_legs: best.damaged_legs(),
         description: best.describe(),
-        probability: posterior.of(&best),
-        legs_probability: posterior.of_legs(&best.damaged_legs()),
-        leg_damage_probability: posterior.leg_damage(best.legs()),
-        link_loss_probability: posterior.link_loss((0..best.legs()).map(|leg| best.links(leg))),
+        implausible: belief.something_else > 0.5,
+        something_else_probability: belief.something_else,
+        probability: belief.of(&best),
+        legs_probability: belief.of_legs_of(&best),
+        leg_damage_probability: belief.leg_damage(best.legs()),
+        link_loss_probability: belief.link_loss((0..best.legs()).map(|leg| best.links(leg))),
         cost_rad,
         mean_error_deg: mean_error_deg(cost_rad, simulated.roll.len()),
-        fit: BestFit::new(fit, &settings.variations),
-        alternatives: alternatives(&best, &posterior, &weighed, &paper_cost),
-        indistinguishable: posterior
+        fit,
+        alternatives: alternatives(&best, &belief, &weighed, &paper_cost),
+        indistinguishable: belief
+            .posterior
             .credible(settings.credible_share)
             .into_iter()
             .filter(|morphology| **morphology != best)
@@ -131,6 +146,19 @@ pub fn identify(
             simulated,
         },
     })
+}
+
+/// Probability that something else than damage to legs decides how the robot walks, as its
+/// best fit and the recording itself show.
+fn something_else(fit: &BestFit, quality: &LogQuality, settings: &IdentifySettings) -> f64 {
+    let of_the_fit = settings
+        .plausibility
+        .something_else(fit.error_deg, fit.motion_deg);
+    if quality.is_worse() {
+        of_the_fit.max(settings.plausibility.defective_sensor)
+    } else {
+        of_the_fit
+    }
 }
 
 /// The course of a genetic search; empty for an exact one.
@@ -219,11 +247,12 @@ fn likeliest_fit(
 
 fn alternatives(
     best: &Morphology,
-    posterior: &Posterior,
+    belief: &Belief,
     weighed: &BTreeMap<Morphology, leading::Weighed>,
     paper_cost: &PaperCost,
 ) -> Vec<Alternative> {
-    let leading: Vec<_> = posterior
+    let leading: Vec<_> = belief
+        .posterior
         .ranked()
         .iter()
         .filter(|(morphology, _)| morphology != best)
@@ -231,13 +260,13 @@ fn alternatives(
         .collect();
     leading
         .par_iter()
-        .filter_map(|(morphology, probability)| {
+        .filter_map(|(morphology, _)| {
             let fit = likeliest_fit(weighed, morphology)?;
             let (_, cost_rad) = paper_cost.of(morphology, fit.case.lost_links)?;
             Some(Alternative {
                 morphology: morphology.to_rows(),
                 cost_rad,
-                probability: *probability,
+                probability: belief.of(morphology),
             })
         })
         .collect()

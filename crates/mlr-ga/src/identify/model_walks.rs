@@ -22,6 +22,7 @@ impl<'a> ModelWalks<'a> {
         search: Search,
         settings: &IdentifySettings,
     ) -> Result<Self, AnswerError> {
+        settings.check_on(model.robot)?;
         let Some(atlas) = model.atlas else {
             return match search {
                 Search::Atlas => Err(AnswerError::NoAtlas),

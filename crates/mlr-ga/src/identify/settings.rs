@@ -1,10 +1,15 @@
-use mlr_filter::{DetectorSettings, FilterSettings, MotionSettings, SamplingLimits};
-use mlr_model::{SimulationSettings, Variation};
+use std::ops::RangeInclusive;
+
+use mlr_filter::{DetectorSettings, FilterSettings, MotionSettings, SamplingLimits, SettingError};
+use mlr_model::{Robot, SimulationSettings, Variation};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AnswerError, LossHypothesis, belief::DamagePrior, comparison::LikelihoodSettings,
-    genetic::GeneticSettings, walks::usual_variations,
+    LossHypothesis,
+    belief::{DamagePrior, PlausibilitySettings},
+    comparison::LikelihoodSettings,
+    genetic::GeneticSettings,
+    walks::usual_variations,
 };
 
 /// Everything about an identification that can be chosen. The defaults are the
@@ -38,6 +43,8 @@ pub struct IdentifySettings {
     pub likelihood: LikelihoodSettings,
     /// What is thought of damage before the log is seen.
     pub prior: DamagePrior,
+    /// How far off the right morphology usually is.
+    pub plausibility: PlausibilitySettings,
     /// The nominal model, and how a robot may differ from it. The leading
     /// candidates are tried under all of them.
     pub variations: Vec<Variation>,
@@ -66,6 +73,7 @@ impl Default for IdentifySettings {
             genetic: GeneticSettings::default(),
             likelihood: LikelihoodSettings::default(),
             prior: DamagePrior::default(),
+            plausibility: PlausibilitySettings::default(),
             variations: usual_variations(),
             leaders: 48,
             credible_share: 0.99,
@@ -75,87 +83,62 @@ impl Default for IdentifySettings {
 }
 
 impl IdentifySettings {
-    /// Checks what no other part checks on its own.
-    pub(super) fn check(&self) -> Result<(), AnswerError> {
-        let within = |field, value: f64, low: f64, high: f64, expected| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(AnswerError::Setting {
-                    field,
-                    value,
-                    expected,
-                })
+    /// Log times, which may be those of a clock that began in 1970 or run from before zero.
+    const LOG_TIMES_S: RangeInclusive<f64> = -1e12..=1e12;
+
+    /// Checks every number, those of the parts included.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let share = |name, value| SettingError::check::<f64>(name, value, 0.0..=1.0, "");
+        SettingError::check("window_s", self.window_s, 0.5..=600.0, "s")?;
+        for (name, time_s) in [
+            ("motion_start_s", self.motion_start_s),
+            ("from_s", self.from_s),
+        ] {
+            if let Some(time_s) = time_s {
+                SettingError::check(name, time_s, Self::LOG_TIMES_S, "s")?;
             }
-        };
-        within("window_s", self.window_s, 0.5, 600.0, "0.5 to 600 s")?;
-        within(
-            "max_dropped_share",
-            self.max_dropped_share,
-            0.0,
-            1.0,
-            "a share from 0 to 1",
-        )?;
-        within(
-            "credible_share",
-            self.credible_share,
-            0.0,
-            1.0,
-            "a share from 0 to 1",
-        )?;
-        within(
-            "prior.leg_damaged",
-            self.prior.leg_damaged,
-            1e-9,
-            0.999,
-            "a probability above 0 and below 1",
-        )?;
-        within(
-            "prior.remaining_link",
-            self.prior.remaining_link,
-            1e-6,
-            1e6,
-            "a positive factor",
-        )?;
-        within(
-            "likelihood.floor_deg",
-            self.likelihood.floor_deg,
-            1e-6,
-            45.0,
-            "0.000001 to 45 degrees",
-        )?;
-        within(
-            "likelihood.clock_deviation",
-            self.likelihood.clock_deviation,
-            1e-6,
-            1.0,
-            "0.000001 to 1",
-        )?;
-        for errors in self.likelihood.independent_errors {
-            within(
-                "likelihood.independent_errors",
-                errors,
-                0.01,
-                1e6,
-                "0.01 or more",
-            )?;
         }
-        within(
-            "variations",
-            self.variations.len() as f64,
-            1.0,
-            1e4,
-            "at least the nominal model",
-        )?;
-        // Below this rate a simulated walk would not carry its own frequencies.
-        within(
-            "simulation.time_step_s",
-            self.simulation.time_step_s,
-            1e-5,
-            1.0 / SamplingLimits::default().min_rate_hz,
-            "0.00001 to 0.02 s",
-        )?;
-        self.genetic.check()?;
+        share("max_dropped_share", self.max_dropped_share)?;
+        share("credible_share", self.credible_share)?;
+        SettingError::check("leaders", self.leaders, 1..=100_000, "")?;
+        let variations = self.variations.len();
+        SettingError::check("variations", variations, 1..=10_000, "of them")?;
+        for (index, variation) in self.variations.iter().enumerate() {
+            let checked = variation.check();
+            checked.map_err(|error| error.under(&format!("variations[{index}]")))?;
+        }
+        for (part, checked) in [
+            ("filter", self.filter.check()),
+            ("motion", self.motion.check()),
+            ("detector", self.detector.check()),
+            ("sampling", self.sampling.check()),
+            ("genetic", self.genetic.check()),
+            ("likelihood", self.likelihood.check()),
+            ("prior", self.prior.check()),
+            ("plausibility", self.plausibility.check()),
+            ("simulation", self.simulation.check()),
+        ] {
+            checked.map_err(|error| error.under(part))?;
+        }
+        let (cutoff_hz, min_rate_hz) = (self.filter.cutoff_hz, self.sampling.min_rate_hz);
+        if min_rate_hz <= 2.0 * cutoff_hz {
+            let expected = format!("more than twice filter.cutoff_hz, {} Hz", 2.0 * cutoff_hz);
+            let name = "sampling.min_rate_hz";
+            return Err(SettingError::new(name, min_rate_hz, expected));
+        }
         Ok(())
+    }
+
+    /// Checks every number, and whether this robot can have the faults of the simulation.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check_on(&self, robot: &Robot) -> Result<(), SettingError> {
+        self.check()?;
+        let simulation = self.simulation.check_on(robot);
+        simulation.map_err(|error| error.under("simulation"))
     }
 }

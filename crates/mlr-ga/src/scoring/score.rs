@@ -31,6 +31,12 @@ pub struct LogScore {
     pub brier: f64,
     /// Probability given to the set of legs that was named.
     pub confidence: f64,
+    /// Probability given to something else than damage to legs.
+    pub something_else_probability: f64,
+    /// Root mean square of what the answer leaves of roll, pitch and yaw.
+    pub error_deg: [f64; 3],
+    /// Root mean square of roll, pitch and yaw.
+    pub motion_deg: [f64; 3],
     /// Time that the answer took.
     pub elapsed_s: f64,
 }
@@ -53,6 +59,9 @@ impl LogScore {
             leg_damage_probability: answer.leg_damage_probability.clone(),
             brier,
             confidence: answer.legs_probability,
+            something_else_probability: answer.something_else_probability,
+            error_deg: answer.fit.error_deg,
+            motion_deg: answer.fit.motion_deg,
             true_damaged_legs: damaged,
             damaged_legs: answer.damaged_legs.clone(),
             true_morphology: rows,

@@ -167,6 +167,9 @@ mod tests {
             leg_damage_probability: Vec::new(),
             brier: 0.1,
             confidence,
+            something_else_probability: 0.0,
+            error_deg: [0.0; 3],
+            motion_deg: [0.0; 3],
             elapsed_s: 1.0,
         }
     }

@@ -51,6 +51,7 @@ fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, Log
             raw: Some(raw),
             source: OrientationSource::Fused,
             columns: columns.clone(),
+            in_body_axes: false,
             notes: Vec::new(),
         });
     }
@@ -74,6 +75,7 @@ fn parse(table: LogTable<impl Read>, columns: &Columns) -> Result<Recording, Log
         raw: Some(raw),
         source: OrientationSource::Recorded,
         columns: columns.clone(),
+        in_body_axes: false,
         notes: Vec::new(),
     })
 }

@@ -14,15 +14,17 @@ const TURN_S: f64 = 0.1;
 const FEWEST_VALUES: f64 = 4.0;
 /// Tilt from accelerations is smeared by the body's own, and compared over a longer time.
 const TILT_S: f64 = 0.3;
-/// Turns smaller than this (RMS) prove nothing: a healthy robot turns by 0.001 rad in that
-/// time, the noise of an MPU6050 by 0.0001 rad.
-const SMALLEST_TURN_RAD: f64 = 0.0005;
+/// Turns smaller than this (RMS) prove nothing: a sensor's own filter takes the
+/// accelerations of a healthy robot for turns of 0.001 rad in that time.
+const SMALLEST_TURN_RAD: f64 = 0.003;
 const SMALLEST_TILT_RAD: f64 = 0.08;
 /// Angles in degrees turn 57 times as far as rates in rad/s say; between, in the logarithm,
 /// lies 7.6. Filters change turns by a third at most.
 const UNIT_RATIO: f64 = 7.6;
-/// Turns that belong together are correlated at least so well.
-const SAME: f64 = 0.5;
+/// Turns that belong together are correlated at least so well, and turns against each other
+/// at least so badly.
+const SAME: f64 = 0.3;
+const OPPOSED: f64 = -0.7;
 /// A walking body swings less, even when it falls on its belly, in radians of roll and pitch
 /// together per second, averaged over the walk.
 const TURNS_IN_A_SECOND_RAD: f64 = TAU;
@@ -141,7 +143,7 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
         .iter()
         .zip(&by_axis)
         .filter(|(_, axis)| {
-            axis.largest_deviation() > SMALLEST_TURN_RAD && axis.correlation() < -SAME
+            axis.smallest_deviation() > SMALLEST_TURN_RAD && axis.correlation() < OPPOSED
         })
         .map(|((angle, _), _)| *angle)
         .collect();
@@ -158,7 +160,8 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
             Some(format!("{cure} if the raw samples are right")),
         ));
     }
-    (all.correlation() < SAME).then(|| {
+    let contradict = all.smallest_deviation() > SMALLEST_TURN_RAD && all.correlation() < SAME;
+    contradict.then(|| {
         useless(
             rows,
             FindingKind::Contradiction,
@@ -277,6 +280,11 @@ impl Agreement {
     /// Root mean square of the larger turns.
     fn largest_deviation(&self) -> f64 {
         (self.rates2.max(self.angles2) / self.count.max(1.0)).sqrt()
+    }
+
+    /// Root mean square of the smaller turns.
+    fn smallest_deviation(&self) -> f64 {
+        (self.rates2.min(self.angles2) / self.count.max(1.0)).sqrt()
     }
 
     /// How many times as far the angles turn.

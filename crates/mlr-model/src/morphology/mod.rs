@@ -7,6 +7,8 @@ mod text;
 pub use enumeration::Morphologies;
 pub use link_logic::link_logic;
 
+use mlr_filter::SettingError;
+
 use crate::ModelError;
 
 /// The number of links n_i of each leg of the healthy robot.
@@ -17,7 +19,7 @@ impl LegLayout {
     /// A layout with one entry per leg.
     ///
     /// # Errors
-    /// [`ModelError::Value`] when there is no leg, or a leg without links or
+    /// [`ModelError::Setting`] when there is no leg, or a leg without links or
     /// with more than 255.
     pub fn new(links_per_leg: impl IntoIterator<Item = usize>) -> Result<Self, ModelError> {
         let links = links_per_leg
@@ -25,7 +27,7 @@ impl LegLayout {
             .enumerate()
             .map(|(leg, n)| match u8::try_from(n) {
                 Ok(n) if n > 0 => Ok(n),
-                _ => Err(ModelError::value(
+                _ => Err(SettingError::new(
                     format!("legs[{leg}]"),
                     n,
                     "1 to 255 links",
@@ -33,7 +35,7 @@ impl LegLayout {
             })
             .collect::<Result<Box<[u8]>, _>>()?;
         if links.is_empty() {
-            return Err(ModelError::value("legs", "none", "at least one leg"));
+            return Err(SettingError::new("legs", "none", "at least one leg").into());
         }
         Ok(Self(links))
     }

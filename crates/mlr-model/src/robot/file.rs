@@ -1,7 +1,8 @@
 //! The TOML form of a robot description and its checks.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::RangeInclusive};
 
+use mlr_filter::SettingError;
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
 
@@ -62,14 +63,14 @@ pub(super) fn parse(text: &str) -> Result<Robot, ModelError> {
         what: "robot",
         source: Box::new(source),
     })?;
-    file.servo.check()?;
+    file.servo.check().map_err(|error| error.under("servo"))?;
     let links = file
         .links
         .into_iter()
         .map(|(name, link)| Ok((name.clone(), link_from_file(name, &link)?)))
-        .collect::<Result<BTreeMap<_, _>, ModelError>>()?;
+        .collect::<Result<BTreeMap<_, _>, SettingError>>()?;
     if file.legs.is_empty() {
-        return Err(ModelError::value("legs", "none", "at least one leg"));
+        return Err(SettingError::new("legs", "none", "at least one leg").into());
     }
     let legs = file
         .legs
@@ -77,6 +78,14 @@ pub(super) fn parse(text: &str) -> Result<Robot, ModelError> {
         .enumerate()
         .map(|(index, leg)| leg_from_file(index, leg, &links))
         .collect::<Result<Vec<_>, _>>()?;
+    if !legs
+        .iter()
+        .flat_map(|leg| &leg.links)
+        .any(|link| link.contact.is_some())
+    {
+        let expected = "a link with a contact, with which a leg can touch the ground";
+        return Err(SettingError::new("links", "none with a contact", expected).into());
+    }
     Ok(Robot {
         name: file.name,
         body: body_from_file(&file.body)?,
@@ -85,12 +94,11 @@ pub(super) fn parse(text: &str) -> Result<Robot, ModelError> {
     })
 }
 
-fn body_from_file(body: &BodyFile) -> Result<Body, ModelError> {
-    for (axis, size_m) in body.size_m.iter().enumerate() {
-        check_length(format!("body.size_m[{axis}]"), *size_m)?;
-    }
-    check_mass("body.mass_kg".into(), body.mass_kg)?;
-    check_finite("body.center_of_mass_m", &body.center_of_mass_m)?;
+fn body_from_file(body: &BodyFile) -> Result<Body, SettingError> {
+    SettingError::check_each("body.size_m", &body.size_m, LENGTHS_M, "m")?;
+    check_mass("body.mass_kg", body.mass_kg)?;
+    let center_m = &body.center_of_mass_m;
+    SettingError::check_each("body.center_of_mass_m", center_m, PLACES_M, "m")?;
     check_inertia("body.inertia_kg_m2", body.inertia_kg_m2)?;
     Ok(Body {
         size_m: Vector3::from(body.size_m),
@@ -100,21 +108,24 @@ fn body_from_file(body: &BodyFile) -> Result<Body, ModelError> {
     })
 }
 
-fn link_from_file(name: String, link: &LinkFile) -> Result<Link, ModelError> {
+fn link_from_file(name: String, link: &LinkFile) -> Result<Link, SettingError> {
     let field = |part: &str| format!("links.{name}.{part}");
-    check_length(field("length_m"), link.length_m)?;
-    check_mass(field("mass_kg"), link.mass_kg)?;
-    check_finite(&field("center_of_mass_m"), &[link.center_of_mass_m])?;
+    let check = |part: &str, value, bounds, unit| {
+        SettingError::check::<f64>(field(part), value, bounds, unit)
+    };
+    check("length_m", link.length_m, LENGTHS_M, "m")?;
+    check_mass(&field("mass_kg"), link.mass_kg)?;
+    check("center_of_mass_m", link.center_of_mass_m, PLACES_M, "m")?;
     check_inertia(&field("inertia_kg_m2"), link.inertia_kg_m2)?;
-    check_finite(&field("posture_deg"), &[link.posture_deg])?;
-    check_finite(&field("locked_deg"), &[link.locked_deg])?;
+    check("posture_deg", link.posture_deg, ANGLES_DEG, "degrees")?;
+    check("locked_deg", link.locked_deg, ANGLES_DEG, "degrees")?;
     let contact = match link.contact {
         None => None,
         Some(ContactFile::Capsule { radius_m }) => Some(ContactShape::Capsule { radius_m }),
         Some(ContactFile::Foot { radius_m }) => Some(ContactShape::Foot { radius_m }),
     };
     if let Some(ContactShape::Capsule { radius_m } | ContactShape::Foot { radius_m }) = contact {
-        check_length(field("contact.radius_m"), radius_m)?;
+        check("contact.radius_m", radius_m, LENGTHS_M, "m")?;
     }
     Ok(Link {
         joint: link.joint,
@@ -133,13 +144,14 @@ fn leg_from_file(
     index: usize,
     leg: LegFile,
     known_links: &BTreeMap<String, Link>,
-) -> Result<Leg, ModelError> {
+) -> Result<Leg, SettingError> {
     let field = |part: &str| format!("legs[{index}].{part}");
-    check_finite(&field("hip_m"), &leg.hip_m)?;
-    check_finite(&field("hip_yaw_deg"), &[leg.hip_yaw_deg])?;
-    check_finite(&field("nominal_foot_m"), &leg.nominal_foot_m)?;
+    SettingError::check_each(&field("hip_m"), &leg.hip_m, PLACES_M, "m")?;
+    let yaw_deg = leg.hip_yaw_deg;
+    SettingError::check(field("hip_yaw_deg"), yaw_deg, ANGLES_DEG, "degrees")?;
+    SettingError::check_each(&field("nominal_foot_m"), &leg.nominal_foot_m, PLACES_M, "m")?;
     if leg.links.is_empty() || leg.links.len() > usize::from(u8::MAX) {
-        return Err(ModelError::value(
+        return Err(SettingError::new(
             field("links"),
             format!("a list of {}", leg.links.len()),
             "1 to 255 links",
@@ -150,7 +162,7 @@ fn leg_from_file(
         .into_iter()
         .map(|name| {
             known_links.get(&name).cloned().ok_or_else(|| {
-                ModelError::value(field("links"), name, "the name of a table [links.NAME]")
+                SettingError::new(field("links"), name, "the name of a table [links.NAME]")
             })
         })
         .collect::<Result<Vec<_>, _>>()?;
@@ -163,38 +175,42 @@ fn leg_from_file(
     })
 }
 
-fn check_finite(field: &str, values: &[f64]) -> Result<(), ModelError> {
-    match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(ModelError::value(field, value, "a finite number")),
-        None => Ok(()),
+/// Of bodies, links and contacts.
+const LENGTHS_M: RangeInclusive<f64> = 1e-4..=1e3;
+/// Of hips, feet and centres of mass, along each axis.
+const PLACES_M: RangeInclusive<f64> = -1e3..=1e3;
+/// Of joints and hips.
+const ANGLES_DEG: RangeInclusive<f64> = -360.0..=360.0;
+
+fn check_mass(field: &str, value: f64) -> Result<(), SettingError> {
+    if (1e-6..=1e5).contains(&value) {
+        return Ok(());
     }
-}
-
-fn check_length(field: String, value: f64) -> Result<(), ModelError> {
-    ModelError::check_range(
-        field,
-        value,
-        1e-4,
-        1e3,
-        "a length between 0.0001 and 1000 m",
-    )
-}
-
-fn check_mass(field: String, value: f64) -> Result<(), ModelError> {
-    ModelError::check_range(field, value, 1e-6, 1e6, "a mass above 1e-6 kg")
+    let expected = "a mass of 0.000001 to 100000 kg";
+    Err(SettingError::new(field, value, expected))
 }
 
 /// Principal moments of a real body obey the triangle inequality.
-fn check_inertia(field: &str, [a, b, c]: [f64; 3]) -> Result<(), ModelError> {
-    let positive = [a, b, c].iter().all(|m| m.is_finite() && *m > 0.0);
+fn check_inertia(field: &str, moments: [f64; 3]) -> Result<(), SettingError> {
+    for (axis, moment) in moments.iter().enumerate() {
+        if !(1e-30..=1e9).contains(moment) {
+            let expected = "a positive moment of inertia, in kg m²";
+            return Err(SettingError::new(
+                format!("{field}[{axis}]"),
+                moment,
+                expected,
+            ));
+        }
+    }
+    let [a, b, c] = moments;
     let slack = 1.0 + 1e-9;
-    if positive && a <= (b + c) * slack && b <= (a + c) * slack && c <= (a + b) * slack {
+    if a <= (b + c) * slack && b <= (a + c) * slack && c <= (a + b) * slack {
         Ok(())
     } else {
-        Err(ModelError::value(
+        Err(SettingError::new(
             field,
             format!("[{a}, {b}, {c}]"),
-            "three positive moments, none larger than the sum of the others",
+            "three moments, none larger than the sum of the others",
         ))
     }
 }

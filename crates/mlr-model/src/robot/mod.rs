@@ -2,9 +2,10 @@
 
 mod file;
 
+use mlr_filter::SettingError;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::{ModelError, morphology::LegLayout};
+use crate::{ModelError, morphology::LegLayout, setting_place::located};
 
 /// A legged robot in full health: a body, N legs, n_i links in leg i.
 ///
@@ -34,9 +35,12 @@ impl Robot {
     ///
     /// # Errors
     /// [`ModelError::Syntax`] with line and column when the text is not TOML of
-    /// the expected form, [`ModelError::Value`] when a value makes no sense.
+    /// the expected form, [`ModelError::Setting`] when a value makes no sense.
     pub fn from_toml(text: &str) -> Result<Self, ModelError> {
-        file::parse(text)
+        file::parse(text).map_err(|error| match error {
+            ModelError::Setting(error) => located(error, text).into(),
+            error => error,
+        })
     }
 
     /// The robot's name, for people.
@@ -57,9 +61,9 @@ impl Robot {
     /// The same robot with other servos.
     ///
     /// # Errors
-    /// [`ModelError::Value`] when a parameter of the servo makes no sense.
+    /// [`ModelError::Setting`] when a parameter of the servo makes no sense.
     pub fn with_servo(mut self, servo: Servo) -> Result<Self, ModelError> {
-        servo.check()?;
+        servo.check().map_err(|error| error.under("servo"))?;
         self.servo = servo;
         Ok(self)
     }
@@ -117,45 +121,30 @@ pub struct Servo {
 }
 
 impl Servo {
-    fn check(&self) -> Result<(), ModelError> {
-        let positive = "a positive number";
-        let range = ModelError::check_range;
-        range(
-            "servo.stiffness_nm_per_rad",
-            self.stiffness_nm_per_rad,
-            1e-9,
-            1e6,
-            positive,
-        )?;
-        range(
-            "servo.damping_nm_s_per_rad",
-            self.damping_nm_s_per_rad,
-            0.0,
-            1e6,
-            "zero or a positive number",
-        )?;
-        range(
-            "servo.torque_limit_nm",
-            self.torque_limit_nm,
-            1e-9,
-            1e6,
-            positive,
-        )?;
-        range(
-            "servo.speed_limit_rad_per_s",
-            self.speed_limit_rad_per_s,
-            1e-9,
-            1e6,
-            positive,
-        )?;
-        range(
-            "servo.command_hold_s",
-            self.command_hold_s,
-            1e-4,
-            1.0,
-            "0.0001 to 1 s",
-        )?;
-        range("servo.latency_s", self.latency_s, 0.0, 1.0, "0 to 1 s")
+    /// Least stiffness, in N m/rad.
+    pub(crate) const SOFTEST: f64 = 1e-9;
+    /// Largest stiffness, in N m/rad.
+    pub(crate) const STIFFEST: f64 = 1e6;
+
+    /// Checks every number. No damping and no latency are valid.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        let Self {
+            stiffness_nm_per_rad: stiffness,
+            damping_nm_s_per_rad: damping,
+            speed_limit_rad_per_s: speed_limit,
+            ..
+        } = *self;
+        let stiffnesses = Self::SOFTEST..=Self::STIFFEST;
+        check("stiffness_nm_per_rad", stiffness, stiffnesses, "N m/rad")?;
+        check("damping_nm_s_per_rad", damping, 0.0..=1e6, "N m s/rad")?;
+        check("torque_limit_nm", self.torque_limit_nm, 1e-9..=1e6, "N m")?;
+        check("speed_limit_rad_per_s", speed_limit, 1e-9..=1e6, "rad/s")?;
+        check("command_hold_s", self.command_hold_s, 1e-4..=1.0, "s")?;
+        check("latency_s", self.latency_s, 0.0..=1.0, "s")
     }
 }
 

@@ -38,14 +38,14 @@ impl Simulator {
     /// Checks that the robot can follow the gait and prepares it.
     ///
     /// # Errors
-    /// [`ModelError::Unreachable`] or [`ModelError::LegCount`] when robot and gait
-    /// do not fit, [`ModelError::Value`] when a setting makes no sense.
+    /// [`ModelError::Unreachable`], [`ModelError::NoFooting`] or [`ModelError::LegCount`]
+    /// when robot and gait do not fit, [`ModelError::Setting`] when a setting makes no sense.
     pub fn new(
         robot: Robot,
         gait: &Gait,
         settings: SimulationSettings,
     ) -> Result<Self, ModelError> {
-        settings.check(&robot)?;
+        settings.check_on(&robot)?;
         let commands = JointCommands::new(&robot, gait, settings.duration_s)?;
         let (ground, up) = settings.terrain.level_shape();
         let ground_rotation = settings.terrain.inclination() * up;

@@ -1,6 +1,7 @@
+use mlr_filter::SettingError;
 use serde::{Deserialize, Serialize};
 
-use crate::{Fault, ModelError, Payload, Robot, Terrain};
+use crate::{Fault, Payload, Robot, Terrain};
 
 /// How a simulation is run. The defaults are the nominal model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,57 +57,60 @@ impl Default for SimulationSettings {
 }
 
 impl SimulationSettings {
-    pub(super) fn check(&self, robot: &Robot) -> Result<(), ModelError> {
-        let range = ModelError::check_range;
-        range(
-            "duration_s",
-            self.duration_s,
-            0.01,
-            3600.0,
-            "0.01 to 3600 s",
-        )?;
-        range("settle_s", self.settle_s, 0.0, 60.0, "0 to 60 s")?;
-        range("stand_s", self.stand_s, 0.0, 3600.0, "0 to 3600 s")?;
-        range(
-            "time_step_s",
-            self.time_step_s,
-            1e-5,
-            0.02,
-            "0.00001 to 0.02 s",
-        )?;
-        range(
+    /// Steps of a simulation, at most.
+    const MOST_STEPS: f64 = 1e7;
+
+    /// Checks every number. Standing for no time is valid.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        check("duration_s", self.duration_s, 0.01..=3600.0, "s")?;
+        check("settle_s", self.settle_s, 0.0..=60.0, "s")?;
+        check("stand_s", self.stand_s, 0.0..=3600.0, "s")?;
+        check(
             "start_clearance_m",
             self.start_clearance_m,
-            0.0,
-            1000.0,
-            "0 to 1000 m",
+            0.0..=1000.0,
+            "m",
         )?;
-        if !(1..=1000).contains(&self.substeps) {
-            return Err(ModelError::value("substeps", self.substeps, "1 to 1000"));
+        check("time_step_s", self.time_step_s, 1e-5..=0.02, "s")?;
+        let least_s = (self.settle_s + self.stand_s + self.duration_s) / Self::MOST_STEPS;
+        if self.time_step_s < least_s {
+            let expected = format!("at least {least_s} s for a walk this long");
+            return Err(SettingError::new("time_step_s", self.time_step_s, expected));
         }
-        let contact = &self.contact;
-        range("friction", contact.friction, 0.0, 10.0, "0 to 10")?;
-        range(
-            "natural_frequency_hz",
-            contact.natural_frequency_hz,
-            0.1,
-            1e6,
-            "0.1 to 1e6 Hz",
-        )?;
-        range(
-            "damping_ratio",
-            contact.damping_ratio,
-            0.01,
-            1e3,
-            "0.01 to 1000",
-        )?;
+        SettingError::check("substeps", self.substeps, 1..=1000, "")?;
+        self.contact
+            .check()
+            .map_err(|error| error.under("contact"))?;
+        self.terrain
+            .check()
+            .map_err(|error| error.under("terrain"))?;
         if let Some(payload) = &self.payload {
-            payload.check()?;
+            payload.check().map_err(|error| error.under("payload"))?;
         }
-        for fault in &self.faults {
-            fault.check(robot)?;
-        }
-        self.terrain.check()
+        self.each_fault(Fault::check)
+    }
+
+    /// Checks every number, and whether this robot can have these faults.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check_on(&self, robot: &Robot) -> Result<(), SettingError> {
+        self.check()?;
+        self.each_fault(|fault| fault.check_on(robot))
+    }
+
+    fn each_fault(
+        &self,
+        check: impl Fn(&Fault) -> Result<(), SettingError>,
+    ) -> Result<(), SettingError> {
+        let mut numbered = self.faults.iter().enumerate();
+        numbered.try_for_each(|(index, fault)| {
+            check(fault).map_err(|error| error.under(&format!("faults[{index}]")))
+        })
     }
 }
 
@@ -143,6 +147,28 @@ impl Default for GroundContact {
             natural_frequency_hz: 60.0,
             damping_ratio: 10.0,
         }
+    }
+}
+
+impl GroundContact {
+    /// No ground grips better.
+    pub const LARGEST_FRICTION: f64 = 10.0;
+
+    /// Checks every number. Ground without friction is valid.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let check = SettingError::check::<f64>;
+        let largest = Self::LARGEST_FRICTION;
+        check("friction", self.friction, 0.0..=largest, "")?;
+        check(
+            "natural_frequency_hz",
+            self.natural_frequency_hz,
+            0.1..=1e6,
+            "Hz",
+        )?;
+        check("damping_ratio", self.damping_ratio, 0.01..=1000.0, "")
     }
 }
 

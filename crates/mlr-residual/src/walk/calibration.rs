@@ -1,5 +1,6 @@
 //! Fitting the usual differences before any effect is looked for.
 
+use mlr_filter::SettingError;
 use mlr_model::{ModelError, Morphology};
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +18,17 @@ pub struct ComparisonSettings {
     pub usual: UsualDifferences,
     /// What errors weigh.
     pub weights: ErrorWeights,
+}
+
+impl ComparisonSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        self.usual.check().map_err(|error| error.under("usual"))?;
+        self.weights.check().map_err(|error| error.under("weights"))
+    }
 }
 
 /// A model that differs from its description by what is usual, as it fits best.

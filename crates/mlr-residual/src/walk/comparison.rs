@@ -1,6 +1,6 @@
 //! How far a predicted walk is from the measured one.
 
-use mlr_filter::Axes;
+use mlr_filter::{Axes, SettingError};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +31,22 @@ pub struct ErrorWeights {
 }
 
 impl ErrorWeights {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let each = SettingError::check_each;
+        let errors = &self.independent_errors;
+        each("independent_errors", errors, 0.01..=1000.0, "")?;
+        let (floor_deg, filtered_deg) = (&self.floor_deg, &self.filtered_floor_deg);
+        each("floor_deg", floor_deg, 1e-6..=45.0, "degrees")?;
+        each("filtered_floor_deg", filtered_deg, 1e-6..=45.0, "degrees")?;
+        let (standing_deg, rest_dps) = (self.standing_deg, self.rest_rate_dps);
+        SettingError::check("standing_deg", standing_deg, 1e-6..=45.0, "degrees")?;
+        SettingError::check("rest_rate_dps", rest_dps, 1e-6..=100.0, "°/s")
+    }
+
     fn floor_of(&self, record: &WalkRecord) -> [f64; 3] {
         if record.is_dead_reckoned() {
             self.floor_deg

@@ -52,7 +52,10 @@ pub enum WalkError {
     /// The model as described does not stay upright, or the numbers grow without limit.
     #[error("the simulated walk of the robot as identified diverges")]
     Diverged,
-    /// Robot, gait or settings make no sense.
+    /// A setting of the tracing makes no sense.
+    #[error(transparent)]
+    Setting(#[from] mlr_filter::SettingError),
+    /// Robot, gait or settings of the simulation make no sense.
     #[error(transparent)]
     Model(#[from] mlr_model::ModelError),
 }

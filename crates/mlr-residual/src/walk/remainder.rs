@@ -1,6 +1,6 @@
 //! Whether what remains is more than a model usually leaves, and what it looks like.
 
-use mlr_filter::Axis;
+use mlr_filter::{Axis, SettingError};
 use serde::{Deserialize, Serialize};
 
 use super::{ByAxis, RemainingResidual, WalkModel, WalkRecord, record::deviation_from_trend};
@@ -59,7 +59,41 @@ impl Default for UsualRemainder {
     }
 }
 
+impl UsualRemainder {
+    /// Checks every number. Nothing may be left where an allowance is zero.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        for (name, leavings) in [
+            ("dead_reckoned", &self.dead_reckoned),
+            ("filtered", &self.filtered),
+        ] {
+            leavings.check().map_err(|error| error.under(name))?;
+        }
+        Ok(())
+    }
+}
+
+impl Leavings {
+    fn check(&self) -> Result<(), SettingError> {
+        for (name, allowance) in [
+            ("remaining", &self.remaining),
+            ("irregular", &self.irregular),
+            ("fast", &self.fast),
+        ] {
+            allowance.check().map_err(|error| error.under(name))?;
+        }
+        Ok(())
+    }
+}
+
 impl Allowance {
+    fn check(&self) -> Result<(), SettingError> {
+        SettingError::check_each("deg", &self.deg, 0.0..=360.0, "degrees")?;
+        SettingError::check("share_of_swing", self.share_of_swing, 0.0..=100.0, "")
+    }
+
     /// With noise and swing of that axis.
     fn usual_deg(&self, axis: usize, swing_deg: f64, noise_deg: f64) -> f64 {
         (self.deg[axis] + self.share_of_swing * swing_deg).hypot(noise_deg)

@@ -1,6 +1,6 @@
 //! What robots of one make differ by without anything being wrong with them.
 
-use mlr_filter::{Axes, OrientationSeries};
+use mlr_filter::{Axes, OrientationSeries, SettingError};
 use mlr_model::{ModelError, Morphology};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,35 @@ impl Default for UsualDifferences {
             turning_dps: 0.3,
             turning_share: 0.25,
         }
+    }
+}
+
+impl UsualDifferences {
+    /// Checks every number. A deviation of zero says that robots do not differ by this.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        for (name, deviation, most, unit) in [
+            ("misalignment_deg", self.misalignment_deg, 45.0, "degrees"),
+            ("level_deg", self.level_deg, 45.0, "degrees"),
+            ("bias_dps", self.bias_dps, 100.0, "°/s"),
+            ("scale", self.scale, 1.0, ""),
+            ("start_s", self.start_s, 10.0, "s"),
+            ("told_start_s", self.told_start_s, 10.0, "s"),
+            ("clock", self.clock, 1.0, ""),
+            ("ln_stiffness", self.ln_stiffness, 5.0, ""),
+            ("ln_damping", self.ln_damping, 5.0, ""),
+            ("ln_friction", self.ln_friction, 5.0, ""),
+            ("center_of_mass_m", self.center_of_mass_m, 1.0, "m"),
+            ("lean_deg", self.lean_deg, 45.0, "degrees"),
+            ("filtered_lean_deg", self.filtered_lean_deg, 45.0, "degrees"),
+            ("turning_dps", self.turning_dps, 100.0, "°/s"),
+            ("turning_share", self.turning_share, 10.0, ""),
+        ] {
+            SettingError::check(name, deviation, 0.0..=most, unit)?;
+        }
+        Ok(())
     }
 }
 

@@ -10,7 +10,7 @@ pub use handed_out::RequestNumber;
 pub use request::Request;
 
 use mlr_filter::{
-    Assessment, Axes, DamageDetector, DetectorError, DetectorSettings, MotionSettings, MotionStart,
+    Assessment, Axes, DamageDetector, DetectorSettings, MotionSettings, MotionStart, SettingError,
 };
 
 use self::{
@@ -93,12 +93,12 @@ impl Monitor {
     /// Watches with these settings; `window_s` is what an identification needs.
     ///
     /// # Errors
-    /// [`DetectorError`] when a setting makes no sense.
+    /// [`SettingError`] when a setting makes no sense.
     pub fn new(
         motion: MotionSettings,
         detector: DetectorSettings,
         window_s: f64,
-    ) -> Result<Self, DetectorError> {
+    ) -> Result<Self, SettingError> {
         let swinging_deg = detector.threshold_deg;
         let detector = DamageDetector::new(detector)?;
         Ok(Self {

@@ -9,6 +9,7 @@ mod round;
 mod state;
 mod weighing;
 
+use mlr_filter::SettingError;
 use mlr_model::Morphology;
 use serde::{Deserialize, Serialize};
 
@@ -62,6 +63,30 @@ impl Default for TracingSettings {
     }
 }
 
+impl TracingSettings {
+    /// Checks every number. Gains and prices of zero are valid, and so are no effects: then
+    /// the robot's usual differences are fitted and the rest is described.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        let comparison = self.comparison.check();
+        comparison.map_err(|error| error.under("comparison"))?;
+        for (name, gain) in [
+            ("least_gain", self.least_gain),
+            ("price_per_parameter", self.price_per_parameter),
+            ("wild_price", self.wild_price),
+            ("rival_gain", self.rival_gain),
+            ("switch_gain", self.switch_gain),
+        ] {
+            SettingError::check(name, gain, 0.0..=1e6, "")?;
+        }
+        SettingError::check("most_effects", self.most_effects, 0..=100, "")?;
+        let remainder = self.remainder.check();
+        remainder.map_err(|error| error.under("remainder"))
+    }
+}
+
 /// A morphology that the robot may have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspect {
@@ -94,7 +119,7 @@ pub trait MorphologySearch: Sync {
 /// the morphology is identified again. Effects are added until none is worth its price.
 ///
 /// # Errors
-/// [`WalkError`] when no suspect's walk can be simulated.
+/// [`WalkError`] when a setting makes no sense, or no suspect's walk can be simulated.
 pub fn explain_walk(
     record: &WalkRecord,
     nominal: &WalkModel,
@@ -103,6 +128,7 @@ pub fn explain_walk(
     settings: &TracingSettings,
     progress: &dyn Progress,
 ) -> Result<WalkExplanation, WalkError> {
+    settings.check()?;
     let mut nominal = nominal.clone();
     if record.is_dead_reckoned() {
         nominal.sensing.filter_time_s = f64::INFINITY;

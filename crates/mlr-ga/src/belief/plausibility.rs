@@ -1,0 +1,216 @@
+//! Whether any morphology explains a walk at all.
+
+use mlr_filter::SettingError;
+use serde::{Deserialize, Serialize};
+
+/// How far the walk of the best morphology is from the measured one, when it is the right
+/// one, and when something else is wrong.
+///
+/// Two hypotheses compete for the errors e of roll, pitch and yaw, given how far the body
+/// moved (m): that the robot has the morphology that fits best, and that what it does has
+/// nothing to do with any. Under both, ln e has a Student distribution
+/// ([`ErrorModel`]); Bayes' rule gives the probability of the second.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlausibilitySettings {
+    /// Probability that something else than damage to legs decides how a robot walks, before
+    /// the log is seen.
+    pub something_else: f64,
+    /// The least probability of that for a log whose sensor has a defect that may mislead.
+    pub defective_sensor: f64,
+    /// Errors of the right morphology.
+    pub usual: ErrorModel,
+    /// Errors of the best morphology where none is right.
+    pub unexplained: ErrorModel,
+}
+
+/// Errors on roll, pitch and yaw, given how far the body moves on each axis.
+///
+/// The median error is √(n² + (k·m)²): noise of sensor and contacts, and a share of the
+/// motion. ln e spreads about it by the noise's or the share's spread, whichever dominates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ErrorModel {
+    /// n, the error of a robot that hardly moves.
+    pub noise_deg: [f64; 3],
+    /// k, the error of one that moves a lot, as a share of its motion.
+    pub motion_share: [f64; 3],
+    /// Standard deviation of ln e where noise dominates.
+    pub noise_spread: [f64; 3],
+    /// Standard deviation of ln e where motion dominates.
+    pub motion_spread: [f64; 3],
+    /// Correlation of ln e between any two axes.
+    pub correlation: f64,
+}
+
+/// Degrees of freedom of the Student distribution: close to tipping, errors are larger than
+/// a normal distribution has them.
+const DEGREES_OF_FREEDOM: f64 = 6.0;
+
+impl Default for ErrorModel {
+    fn default() -> Self {
+        Self {
+            noise_deg: [0.04, 0.13, 0.04],
+            motion_share: [0.06, 0.057, 0.17],
+            noise_spread: [0.19, 0.44, 0.30],
+            motion_spread: [0.56, 0.61, 0.75],
+            correlation: 0.45,
+        }
+    }
+}
+
+impl Default for PlausibilitySettings {
+    fn default() -> Self {
+        let usual = ErrorModel::default();
+        Self {
+            something_else: 0.05,
+            defective_sensor: 0.2,
+            usual,
+            unexplained: ErrorModel {
+                motion_share: [0.9; 3],
+                noise_spread: [0.5; 3],
+                motion_spread: [0.5; 3],
+                correlation: 0.2,
+                ..usual
+            },
+        }
+    }
+}
+
+impl PlausibilitySettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("something_else", self.something_else, 1e-9..=0.999, "")?;
+        SettingError::check("defective_sensor", self.defective_sensor, 0.0..=0.999, "")?;
+        let usual = self.usual.check();
+        usual.map_err(|error| error.under("usual"))?;
+        let unexplained = self.unexplained.check();
+        unexplained.map_err(|error| error.under("unexplained"))
+    }
+
+    /// Probability that something else decides how the robot walks. `error_deg` and
+    /// `motion_deg` are root mean squares of roll, pitch and yaw without mean and trend.
+    pub fn something_else(&self, error_deg: [f64; 3], motion_deg: [f64; 3]) -> f64 {
+        // A walk that fits better than usual is no reason for doubt.
+        let median_deg = self.usual.median_deg(motion_deg);
+        let ln_error = std::array::from_fn(|axis| error_deg[axis].max(median_deg[axis]).ln());
+        let ln_usual = self.usual.ln_density(ln_error, motion_deg);
+        let ln_unexplained = self.unexplained.ln_density(ln_error, motion_deg);
+        let odds =
+            self.something_else / (1.0 - self.something_else) * (ln_unexplained - ln_usual).exp();
+        if odds.is_finite() {
+            odds / (1.0 + odds)
+        } else {
+            1.0
+        }
+    }
+}
+
+impl ErrorModel {
+    fn check(&self) -> Result<(), SettingError> {
+        for (name, values, bounds, unit) in [
+            ("noise_deg", &self.noise_deg, 1e-4..=45.0, "degrees"),
+            ("motion_share", &self.motion_share, 1e-4..=10.0, ""),
+            ("noise_spread", &self.noise_spread, 0.01..=10.0, ""),
+            ("motion_spread", &self.motion_spread, 0.01..=10.0, ""),
+        ] {
+            SettingError::check_each(name, values, bounds, unit)?;
+        }
+        SettingError::check("correlation", self.correlation, 0.0..=0.95, "")
+    }
+
+    /// The median error of each axis.
+    pub fn median_deg(&self, motion_deg: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            self.noise_deg[axis].hypot(self.motion_share[axis] * motion_deg[axis])
+        })
+    }
+
+    /// Logarithm of the density of the errors' logarithms, up to a constant that is the same
+    /// for every model.
+    fn ln_density(&self, ln_error: [f64; 3], motion_deg: [f64; 3]) -> f64 {
+        let median_deg = self.median_deg(motion_deg);
+        let mut ln_spreads = 0.0;
+        let standardised: [f64; 3] = std::array::from_fn(|axis| {
+            let noise = self.noise_deg[axis].powi(2);
+            let motion = (self.motion_share[axis] * motion_deg[axis]).powi(2);
+            let variance = (self.noise_spread[axis].powi(2) * noise
+                + self.motion_spread[axis].powi(2) * motion)
+                / (noise + motion);
+            ln_spreads += 0.5 * variance.ln();
+            (ln_error[axis] - median_deg[axis].ln()) / variance.sqrt()
+        });
+        // The inverse of a matrix of ones and equal correlations r, and its determinant.
+        let r = self.correlation;
+        let sum: f64 = standardised.iter().sum();
+        let squares: f64 = standardised.iter().map(|z| z * z).sum();
+        let distance2 = (squares - r * sum * sum / (1.0 + 2.0 * r)) / (1.0 - r);
+        let ln_determinant = 2.0 * (1.0 - r).ln() + (1.0 + 2.0 * r).ln();
+        -0.5 * ln_determinant
+            - ln_spreads
+            - 0.5 * (DEGREES_OF_FREEDOM + 3.0) * (distance2 / DEGREES_OF_FREEDOM).ln_1p()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn doubt(error_deg: [f64; 3], motion_deg: [f64; 3]) -> f64 {
+        PlausibilitySettings::default().something_else(error_deg, motion_deg)
+    }
+
+    #[test]
+    fn a_walk_that_fits_as_usual_is_believed() {
+        for motion_deg in [[0.1, 0.1, 0.05], [2.5, 3.0, 1.8], [5.0, 8.0, 4.0]] {
+            let usual = ErrorModel::default().median_deg(motion_deg);
+            assert!(doubt(usual, motion_deg) < 0.02, "{motion_deg:?}");
+        }
+    }
+
+    #[test]
+    fn a_walk_of_which_nothing_is_explained_is_not() {
+        for motion_deg in [[0.8, 2.0, 0.3], [5.0, 8.0, 4.0]] {
+            assert!(doubt(motion_deg, motion_deg) > 0.95, "{motion_deg:?}");
+        }
+        assert!(doubt([6.9; 3], [6.9; 3]) > 0.99, "6.9° of error");
+    }
+
+    #[test]
+    fn a_robot_that_should_rock_and_does_not_is_doubted() {
+        // A whole tripod rests on the belly; the healthy robot would rock by 0.1°.
+        let on_its_belly = doubt([0.085, 0.17, 0.05], [0.035, 0.17, 0.05]);
+        let healthy = doubt([0.035, 0.08, 0.035], [0.1, 0.11, 0.045]);
+        assert!(
+            on_its_belly > 0.2 && healthy < 0.02,
+            "{on_its_belly} {healthy}"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn more_error_is_never_less_doubt_up_to_the_whole_motion(
+            motion_deg in prop::array::uniform3(0.5..10.0_f64),
+            share in 0.1..0.8_f64,
+        ) {
+            let error = |share: f64| motion_deg.map(|motion| share * motion);
+            let (less, more) = (doubt(error(share), motion_deg), doubt(error(1.2 * share), motion_deg));
+            prop_assert!((0.0..=1.0).contains(&less) && less <= more + 1e-12);
+        }
+
+        #[test]
+        fn better_than_usual_is_as_good_as_usual(
+            motion_deg in prop::array::uniform3(0.0..10.0_f64),
+            share in 0.0..1.0_f64,
+        ) {
+            let usual = ErrorModel::default().median_deg(motion_deg);
+            let better = usual.map(|error| share * error);
+            prop_assert_eq!(doubt(better, motion_deg), doubt(usual, motion_deg));
+        }
+    }
+}
