@@ -20,7 +20,7 @@ use daemon::{
 };
 
 /// Five identifications share this computer.
-const PATIENCE: Duration = Duration::from_secs(240);
+const PATIENCE: Duration = Duration::from_secs(1200);
 
 /// One daemon per framing, all at once. All are started before the first port is
 /// opened, so that none inherits another's.
