@@ -299,7 +299,7 @@ mod tests {
     fn a_gait_that_the_robot_cannot_follow_is_refused_at_the_start() {
         let folder = tempfile::tempdir().unwrap();
         let gait = folder.path().join("gait.toml");
-        fs::write(&gait, Gait::TRIPOD_TOML.replace("0.060", "0.5")).unwrap();
+        std::fs::write(&gait, Gait::TRIPOD_TOML.replace("0.060", "0.5")).unwrap();
         let far = Settings {
             gait: Some(gait),
             ..Settings::default()
