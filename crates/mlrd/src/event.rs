@@ -177,6 +177,7 @@ impl Kind {
             Self::Unidentified { .. } | Self::LineFault { .. } | Self::SensorFault { .. } => {
                 Level::Error
             }
+            Self::Identified { result } if result.identification.implausible => Level::Warn,
             Self::Identified { result } if !result.identification.damaged_legs.is_empty() => {
                 Level::Error
             }

@@ -308,9 +308,12 @@ impl Service {
         let Answer { number, report } = answer;
         match report {
             Ok(report) if self.monitor.is_sound(number) => {
-                let known = KnownMorphology::new(SystemTime::now(), &report.identification);
-                self.state.last_known = Some(known);
-                self.save();
+                // Of a walk that no morphology explains nothing is worth keeping.
+                if !report.identification.implausible {
+                    let known = KnownMorphology::new(SystemTime::now(), &report.identification);
+                    self.state.last_known = Some(known);
+                    self.save();
+                }
                 let result = Box::new(report);
                 self.tell(Kind::Identified { result });
                 if let Some(next) = self.monitor.identified(number) {

@@ -50,11 +50,11 @@ const DEGREES_OF_FREEDOM: f64 = 6.0;
 impl Default for ErrorModel {
     fn default() -> Self {
         Self {
-            noise_deg: [0.04, 0.13, 0.04],
-            motion_share: [0.06, 0.057, 0.17],
-            noise_spread: [0.19, 0.44, 0.30],
-            motion_spread: [0.56, 0.61, 0.75],
-            correlation: 0.45,
+            noise_deg: [0.031, 0.12, 0.031],
+            motion_share: [0.06, 0.06, 0.17],
+            noise_spread: [0.15, 0.4, 0.2],
+            motion_spread: [0.58, 0.63, 0.76],
+            correlation: 0.4,
         }
     }
 }
@@ -63,13 +63,13 @@ impl Default for PlausibilitySettings {
     fn default() -> Self {
         let usual = ErrorModel::default();
         Self {
-            something_else: 0.05,
+            something_else: 0.03,
             defective_sensor: 0.2,
             usual,
             unexplained: ErrorModel {
-                motion_share: [0.9; 3],
-                noise_spread: [0.5; 3],
-                motion_spread: [0.5; 3],
+                motion_share: [0.85, 0.93, 0.97],
+                noise_spread: [0.4, 0.3, 0.3],
+                motion_spread: [0.4, 0.3, 0.3],
                 correlation: 0.2,
                 ..usual
             },
