@@ -299,7 +299,12 @@ impl RecentTime {
 }
 
 fn bits(vector: &Vector3<f64>) -> [u64; 3] {
-    [vector.x, vector.y, vector.z].map(f64::to_bits)
+    [vector.x, vector.y, vector.z].map(sign_free_zero)
+}
+
+/// The bits of a value; a zero has one sign only.
+fn sign_free_zero(value: f64) -> u64 {
+    (value + 0.0).to_bits()
 }
 
 fn bits_of(sample: &ImuSample) -> ImuValues {
@@ -310,7 +315,7 @@ fn bits_of(sample: &ImuSample) -> ImuValues {
 }
 
 fn quaternion_bits(q: &UnitQuaternion<f64>) -> [u64; 4] {
-    [q.i, q.j, q.k, q.w].map(f64::to_bits)
+    [q.i, q.j, q.k, q.w].map(sign_free_zero)
 }
 
 #[cfg(test)]
