@@ -341,7 +341,7 @@ fn values_that_are_cut_off_are_told() {
     });
     assert_first(&log.without_raw(), FindingKind::Saturated, "");
     // Rarely: a warning.
-    let log = good(0.3).each_rate(clipped(1.875));
+    let log = good(0.3).each_rate(clipped(1.883));
     assert_eq!(useless(&log.recording()), []);
     assert_eq!(
         quality(&log.recording()).findings[0].kind,

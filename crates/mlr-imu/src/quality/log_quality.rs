@@ -35,6 +35,7 @@ impl LogQuality {
         let (impossible, mut findings): (Vec<_>, Vec<_>) = faults_of_samples(&rows)
             .into_iter()
             .partition(|fault| fault.kind == FindingKind::Impossible);
+        findings.extend(still_to_the_end(&rows));
         let failed_s = findings.iter().map(|fault| fault.from_s).reduce(f64::min);
         if let Some(failed_s) = failed_s {
             rows.sound_until(failed_s);
@@ -114,33 +115,41 @@ fn faults_of_samples(rows: &Rows<'_>) -> Vec<Finding> {
     findings
 }
 
+/// A log without a walk whose values stay the same from some time to its end, for longer than
+/// a filter holds the angles of a robot at rest.
+fn still_to_the_end(rows: &Rows<'_>) -> Option<Finding> {
+    const LONGEST_REST_S: f64 = 3.0;
+    let last = rows.times_s.len().checked_sub(1)?;
+    let held = rows.sample(last);
+    let from = (0..last)
+        .rev()
+        .find(|&index| rows.sample(index) != held)
+        .map_or(0, |changed| changed + 1);
+    let (from_s, to_s) = (rows.times_s[from], rows.times_s[last]);
+    let is_frozen = !rows.has_walk() && last > from && to_s - from_s > LONGEST_REST_S;
+    is_frozen.then(|| Finding {
+        kind: FindingKind::Frozen,
+        severity: Severity::Useless,
+        from_s,
+        to_s,
+        reason: format!("no value changes from {from_s:.2} s to the end: the sensor is frozen"),
+        cure: None,
+    })
+}
+
 /// Rows that repeat the values of those before them.
 fn held(rows: &Rows<'_>, value_rate_hz: f64, sample_rate_hz: f64) -> Option<Finding> {
     let (from_s, to_s) = rows.span_s();
-    let finding = |kind, severity, reason| Finding {
-        kind,
-        severity,
+    (value_rate_hz < HELD_SHARE * sample_rate_hz).then(|| Finding {
+        kind: FindingKind::Held,
+        severity: Severity::Note,
         from_s,
         to_s,
-        reason,
+        reason: format!(
+            "values change {value_rate_hz:.1} times a second, although there are \
+             {sample_rate_hz:.1} rows a second"
+        ),
         cure: None,
-    };
-    if value_rate_hz == 0.0 && rows.walking().len() == rows.times_s.len() {
-        return Some(finding(
-            FindingKind::Frozen,
-            Severity::Useless,
-            "the values never change: the sensor is frozen".into(),
-        ));
-    }
-    (value_rate_hz < HELD_SHARE * sample_rate_hz).then(|| {
-        finding(
-            FindingKind::Held,
-            Severity::Note,
-            format!(
-                "values change {value_rate_hz:.1} times a second, although there are \
-                 {sample_rate_hz:.1} rows a second"
-            ),
-        )
     })
 }
 

@@ -53,9 +53,16 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Leaves out of the walk what comes after a sensor has failed.
+    /// Leaves out what comes after a sensor has failed.
     pub(super) fn sound_until(&mut self, time_s: f64) {
-        self.sound = 0..self.times_s.partition_point(|t| *t < time_s);
+        let end = self.times_s.partition_point(|t| *t < time_s);
+        self.sound = 0..end;
+        self.standing.end = self.standing.end.min(end);
+    }
+
+    /// Whether the log shows the robot walking.
+    pub(super) fn has_walk(&self) -> bool {
+        self.walk_start < self.times_s.len()
     }
 
     /// First and last time; zero for an empty recording.
@@ -68,7 +75,7 @@ impl<'a> Rows<'a> {
     /// there is no walk.
     pub(super) fn walking(&self) -> Range<usize> {
         let end = self.sound.end;
-        if self.walk_start < self.times_s.len() {
+        if self.has_walk() {
             self.walk_start.min(end)..end
         } else {
             0..end
