@@ -111,13 +111,13 @@ impl Posterior {
 }
 
 /// What is believed of a robot: a posterior over morphologies, unless something else decides
-/// how it walks; then the log says nothing about legs, and what was believed before stands.
+/// how it walks; then the log says nothing about legs, and what is known of such robots stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Belief {
     /// If one of the morphologies is right.
     pub posterior: Posterior,
-    /// What was believed before the log was seen.
-    pub prior: DamagePrior,
+    /// What is known of robots whose walk no morphology explains.
+    pub unexplained: DamagePrior,
     /// Probability that something else decides how the robot walks.
     pub something_else: f64,
 }
@@ -127,7 +127,7 @@ impl Belief {
     pub fn of(&self, morphology: &Morphology) -> f64 {
         self.mixed(
             self.posterior.of(morphology),
-            self.prior.ln(morphology).exp(),
+            self.unexplained.ln(morphology).exp(),
         )
     }
 
@@ -136,7 +136,7 @@ impl Belief {
         let damaged = morphology.damaged_legs();
         self.mixed(
             self.posterior.of_legs(&damaged),
-            self.prior.of_legs(damaged.len(), morphology.legs()),
+            self.unexplained.of_legs(damaged.len(), morphology.legs()),
         )
     }
 
@@ -144,7 +144,7 @@ impl Belief {
     pub fn leg_damage(&self, legs: usize) -> Vec<f64> {
         let damage = self.posterior.leg_damage(legs).into_iter();
         damage
-            .map(|probability| self.mixed(probability, self.prior.leg_damaged))
+            .map(|probability| self.mixed(probability, self.unexplained.leg_damaged))
             .collect()
     }
 
@@ -152,17 +152,17 @@ impl Belief {
     pub fn link_loss(&self, links: impl IntoIterator<Item = usize>) -> Vec<Vec<f64>> {
         let loss = self.posterior.link_loss(links).into_iter();
         loss.map(|leg| {
-            let before = self.prior.link_loss(leg.len());
-            let pairs = leg.into_iter().zip(before);
+            let unexplained = self.unexplained.link_loss(leg.len());
+            let pairs = leg.into_iter().zip(unexplained);
             pairs
-                .map(|(after, before)| self.mixed(after, before))
+                .map(|(explained, unexplained)| self.mixed(explained, unexplained))
                 .collect()
         })
         .collect()
     }
 
-    fn mixed(&self, of_the_log: f64, before: f64) -> f64 {
-        (1.0 - self.something_else) * of_the_log + self.something_else * before
+    fn mixed(&self, explained: f64, unexplained: f64) -> f64 {
+        (1.0 - self.something_else) * explained + self.something_else * unexplained
     }
 }
 
@@ -200,13 +200,13 @@ mod tests {
     }
 
     #[test]
-    fn what_nothing_explains_leaves_what_was_believed_before() {
+    fn what_nothing_explains_leaves_what_is_known_of_such_robots() {
         let healthy = hexapod("111 111 111 111 111 111");
         let posterior = Posterior::new([(healthy.clone(), 0.0)]);
         let prior = DamagePrior::default();
         let belief = |something_else| Belief {
             posterior: posterior.clone(),
-            prior,
+            unexplained: prior,
             something_else,
         };
         assert_eq!(belief(0.0).leg_damage(6), [0.0; 6]);

@@ -36,7 +36,7 @@ impl Default for LikelihoodSettings {
     fn default() -> Self {
         Self {
             independent_errors: [5.0, 5.0, 3.0],
-            floor_deg: 0.05,
+            floor_deg: 0.15,
             clock_deviation: 0.035,
         }
     }

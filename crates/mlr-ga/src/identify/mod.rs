@@ -26,7 +26,7 @@ use model_walks::ModelWalks;
 use crate::{
     AnswerError, Evaluations, Progress, WalkObjective,
     atlas::Atlas,
-    belief::{Belief, Posterior},
+    belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
     exact, genetic, mean_error_deg,
     paper_cost::PaperCost,
@@ -102,7 +102,10 @@ pub fn identify(
     );
     let belief = Belief {
         something_else: something_else(&fit, measured.quality(), settings),
-        prior: settings.prior,
+        unexplained: DamagePrior {
+            leg_damaged: settings.plausibility.leg_damaged,
+            ..settings.prior
+        },
         posterior,
     };
     let paper_cost = PaperCost::new(&measured, robot, gait, settings)?;

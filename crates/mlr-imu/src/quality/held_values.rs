@@ -34,6 +34,15 @@ const PERIODS: f64 = 5.0;
 const FEWEST_SAMPLES: usize = 8;
 
 impl Held {
+    /// As if the values had not been seen before `begin_s`.
+    pub(super) fn since(self, begin_s: f64) -> Self {
+        let later_s = (begin_s - self.since_s).max(0.0);
+        Self {
+            duration_s: self.duration_s - later_s,
+            ..self
+        }
+    }
+
     /// Whether the values have been held for longer than `patience_s`, and than the
     /// sensor's own period can explain.
     pub(super) fn is_frozen(self, patience_s: f64) -> bool {

@@ -10,6 +10,8 @@ const CHANNELS: usize = 2;
 /// Mean speed of roll and pitch, averaged over a walk, that no walking robot has: legs
 /// that fall swing the body by 25° twice a second.
 const LARGEST_SPEED_DPS: f64 = 250.0;
+/// An average over less than a gait cycle is none.
+const SHORTEST_S: f64 = 1.0;
 
 fn impossible(rows: &Rows<'_>, kind: FindingKind, reason: String) -> Finding {
     let (from_s, to_s) = rows.span_s();
@@ -66,6 +68,9 @@ pub(super) fn restless(rows: &Rows<'_>) -> Option<Finding> {
     let walking = rows.walking();
     let duration_s =
         rows.times_s.get(walking.end.checked_sub(1)?)? - rows.times_s.get(walking.start)?;
+    if duration_s < SHORTEST_S {
+        return None;
+    }
     let angles = rows.oriented_rad;
     [("roll", &angles.roll), ("pitch", &angles.pitch)]
         .into_iter()

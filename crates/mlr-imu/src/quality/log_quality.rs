@@ -132,7 +132,9 @@ fn still_to_the_end(rows: &Rows<'_>) -> Option<Finding> {
         severity: Severity::Useless,
         from_s,
         to_s,
-        reason: format!("no value changes from {from_s:.2} s to the end: the sensor is frozen"),
+        reason: format!(
+            "no motion: no value changes from {from_s:.2} s to the end, as those of a working sensor do"
+        ),
         cure: None,
     })
 }

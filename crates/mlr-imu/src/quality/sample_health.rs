@@ -25,6 +25,7 @@ pub struct SampleHealth {
     saturated: RecentTime,
     jumps: RecentTime,
     last: Option<(f64, ImuSample)>,
+    walking_since_s: Option<f64>,
     fault: Option<SampleFault>,
     last_seen_s: f64,
 }
@@ -81,6 +82,7 @@ impl SampleHealth {
             saturated: RecentTime::new(1.0),
             jumps: RecentTime::new(0.5),
             last: None,
+            walking_since_s: None,
             fault: None,
             last_seen_s: f64::NEG_INFINITY,
         }
@@ -136,13 +138,18 @@ impl SampleHealth {
         let gravity = self.gravity_missing_since(time_s, sample);
         let saturated_s = self.saturated_since(time_s, sample);
         let jumping_s = self.jumping_since(time_s, sample);
-        let patience_s = match (walking, raw) {
-            (true, _) => FROZEN_WALKING_S,
-            (false, Some(_)) => FROZEN_STANDING_S,
+        if walking {
+            self.walking_since_s.get_or_insert(time_s);
+        } else {
+            self.walking_since_s = None;
+        }
+        let walking_since_s = self.walking_since_s;
+        let frozen = |held: Held| {
             // A filter may hold the orientation of a robot at rest.
-            (false, None) => f64::INFINITY,
+            let standing = raw.is_some() && held.is_frozen(FROZEN_STANDING_S);
+            let begin_s = walking_since_s.unwrap_or(f64::INFINITY);
+            standing || (walking && held.since(begin_s).is_frozen(FROZEN_WALKING_S))
         };
-        let frozen = |held: Held| held.is_frozen(patience_s);
         if let Some(since_s) = gravity {
             return Some((FaultKind::DeadAccelerometer, since_s));
         }

@@ -7,11 +7,15 @@ use super::{Finding, FindingKind, Severity, rows::Rows};
 const PILED_UP: f64 = 10.0;
 /// Values within this share of the range below the extreme are compared with it.
 const NEIGHBOURS: f64 = 0.02;
-/// Measurements at the extreme that prove anything.
+/// Measurements at the extreme that prove anything, in all and in a row.
 const FEWEST: usize = 10;
+const FEWEST_IN_A_ROW: usize = 3;
 /// A gyroscope that is cut off for more than this share of the walk has lost the
-/// orientation; an accelerometer may be cut off by footfalls.
+/// orientation.
 const MOST_OF_RATES: f64 = 0.05;
+/// Footfalls cut an accelerometer off at ±2 g for some milliseconds, which no filter minds;
+/// one that is cut off for longer is in the wrong range.
+const FOOTFALLS: f64 = 0.05;
 const MOST_OF_ACCELERATIONS: f64 = 0.3;
 /// An angle has no range to be cut off at; where it is, somebody clipped it. A peak that is
 /// rounded to the last digit of a log stays for less than this share of the walk.
@@ -27,7 +31,7 @@ pub(super) fn findings(rows: &Rows<'_>, hold: usize) -> Vec<Finding> {
         let share = cut_off_share(values, hold);
         let (least, most) = match channel.name.as_bytes() {
             [b'g', _] => (0.0, MOST_OF_RATES),
-            [b'a', _] => (0.0, MOST_OF_ACCELERATIONS),
+            [b'a', _] => (FOOTFALLS, MOST_OF_ACCELERATIONS),
             _ => (LEAST_OF_ANGLES, LEAST_OF_ANGLES),
         };
         if share <= least {
@@ -53,6 +57,16 @@ pub(super) fn findings(rows: &Rows<'_>, hold: usize) -> Vec<Finding> {
     found
 }
 
+/// How many values are at an extreme, with so many of their neighbours at least: a peak that is
+/// met again and again is none.
+fn in_plateaus(values: &[f64], extreme: f64, fewest: usize) -> usize {
+    values
+        .chunk_by(|a, b| (*a == extreme) == (*b == extreme))
+        .filter(|run| run.first() == Some(&extreme) && run.len() >= fewest)
+        .map(<[f64]>::len)
+        .sum()
+}
+
 /// Share of the values that are at an end of the range, zero where there is no such end.
 fn cut_off_share(values: &[f64], hold: usize) -> f64 {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -64,7 +78,7 @@ fn cut_off_share(values: &[f64], hold: usize) -> f64 {
     let at_ends: usize = [high, low]
         .into_iter()
         .map(|end| {
-            let at_end = values.iter().filter(|value| **value == end).count();
+            let at_end = in_plateaus(values, end, FEWEST_IN_A_ROW * hold);
             let mut near: Vec<f64> = values
                 .iter()
                 .copied()
