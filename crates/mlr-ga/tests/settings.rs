@@ -64,6 +64,10 @@ const MAY_BE_ZERO: &[&str] = &[
     "identification.motion.response_s",
     "identification.detector.persistence_s",
     "identification.detector.lull_s",
+    // Every sensor is trusted; axes err independently of each other.
+    "identification.plausibility.defective_sensor",
+    "identification.plausibility.usual.correlation",
+    "identification.plausibility.unexplained.correlation",
     // The initial populations are all there is; nothing is crossed, mutated or drawn.
     "identification.genetic.generations",
     "identification.genetic.crossover_rate",
