@@ -33,7 +33,7 @@ pub(super) fn alternating(rows: &Rows<'_>) -> Option<Finding> {
         .filter(|channel| {
             let next = median_change(&channel.values, 1);
             let after = median_change(&channel.values, 2);
-            next > TO_AND_FRO * after && next > 0.0
+            next > TO_AND_FRO * after && next > least_change(channel.name)
         })
         .map(|channel| channel.name)
         .collect();
@@ -48,6 +48,16 @@ pub(super) fn alternating(rows: &Rows<'_>) -> Option<Finding> {
             ),
         )
     })
+}
+
+/// Changes from row to row that are more than noise: in rad of angles, rad/s of rates, m/s² of
+/// accelerations, each some times the noise of an MPU6050.
+fn least_change(channel: &str) -> f64 {
+    match channel.as_bytes() {
+        [b'g', _] => 0.01,
+        [b'a', _] => 0.15,
+        _ => 0.001,
+    }
 }
 
 fn median_change(values: &[f64], lag: usize) -> f64 {
