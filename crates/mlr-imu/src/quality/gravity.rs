@@ -22,8 +22,9 @@ const SENSOR_ACCURACY: f64 = 0.12;
 /// Beyond this no calibration of a working sensor reaches: the vendor's calibration of one
 /// JetHexa takes off 2.3 m/s².
 const USELESS: f64 = 0.35;
-/// Tilt of the sensor at rest that no slope and no careless mounting explains.
-const LARGEST_TILT_DEG: f64 = 45.0;
+/// Tilt at rest that neither a slope nor lost legs explain: a JetHexa without its front legs
+/// rests on its nose at 35°.
+const LARGEST_TILT_DEG: f64 = 60.0;
 /// Tilt that is worth a word.
 const ODD_TILT_DEG: f64 = 20.0;
 /// Roll and pitch of a good filter follow gravity at rest within this.
@@ -119,16 +120,16 @@ impl Gravity {
             let severity = if tilt_deg > LARGEST_TILT_DEG {
                 Severity::Useless
             } else {
-                Severity::Worse
+                Severity::Note
             };
             // What turns the sensor's axes into the body's, whose z axis points up.
             return Some(finding(
                 FindingKind::Axes,
                 severity,
-                format!("the sensor's z axis is {tilt_deg:.0}° off the vertical"),
+                format!("at rest, the robot or its sensor is tilted by {tilt_deg:.0}°"),
                 Some(format!(
-                    "[mounting] roll_deg = {:.0}, pitch_deg = {:.0} in --config, and yaw_deg if its \
-                     x axis does not point forward",
+                    "[mounting] roll_deg = {:.0}, pitch_deg = {:.0} in --config if it is the sensor, \
+                     and yaw_deg if its x axis does not point forward",
                     -roll_rad.to_degrees(),
                     -pitch_rad.to_degrees()
                 )),
