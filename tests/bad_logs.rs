@@ -9,7 +9,7 @@ use std::{f64::consts::PI, fs, io::Write, path::Path};
 use flate2::bufread::GzDecoder;
 use mlr_ga::{AnswerError, DetectionSettings, IdentifySettings, Model, Search, detect, identify};
 use mlr_golden_tests::data;
-use mlr_imu::{Columns, LogLimits, LogTable, Recording};
+use mlr_imu::{Columns, LogLimits, LogTable, Mounting, Recording};
 use mlr_model::{Gait, Robot};
 use rayon::prelude::*;
 
@@ -219,8 +219,9 @@ const FAULTS: [Fault; 24] = [
         spoil: |rows, _| {
             to_ned(rows);
             for row in rows {
-                // Its own filter keeps z up: only roll is turned, and wraps.
+                // In its own filter's angles only roll is turned, and wraps.
                 row[7] = (row[7] + 2.0 * PI).rem_euclid(2.0 * PI) - PI;
+                row[8] = -row[8];
                 row[9] = -row[9];
             }
         },
@@ -231,7 +232,6 @@ const FAULTS: [Fault; 24] = [
         spoil: |rows, _| {
             for row in rows {
                 row[7] = (row[7] + 2.0 * PI).rem_euclid(2.0 * PI) - PI;
-                row[8] = -row[8];
             }
         },
     },
@@ -281,6 +281,10 @@ const FAULTS: [Fault; 24] = [
 ];
 
 fn recording(rows: &[Row], columns: &[usize]) -> Recording {
+    recording_as(rows, columns, &Columns::default())
+}
+
+fn recording_as(rows: &[Row], columns: &[usize], read_as: &Columns) -> Recording {
     let mut text = Vec::new();
     let names: Vec<&str> = columns.iter().map(|&column| HEADER[column]).collect();
     writeln!(text, "{}", names.join(",")).unwrap();
@@ -289,7 +293,7 @@ fn recording(rows: &[Row], columns: &[usize]) -> Recording {
         writeln!(text, "{}", numbers.join(",")).unwrap();
     }
     let table = LogTable::from_bytes(text.as_slice(), LogLimits::default()).unwrap();
-    Recording::from_table(table, &Columns::default()).unwrap()
+    Recording::from_table(table, read_as).unwrap()
 }
 
 /// What became of one log: the confidence of an answer, or why there is none.
@@ -392,6 +396,58 @@ fn no_fault_gets_a_confident_answer() {
         &carried,
     );
     keep_in_docs(&table);
+}
+
+/// What is said to type is typed: the log is then as good as before.
+#[test]
+fn the_cure_that_is_printed_cures() {
+    let good = rows("leg3-lost");
+    for name in [
+        "degrees as radians",
+        "accelerations in g",
+        "rates in °/s",
+        "NED",
+        "upside down",
+    ] {
+        let fault = FAULTS.iter().find(|fault| fault.name == name).unwrap();
+        let mut rows = good.clone();
+        (fault.spoil)(&mut rows, &good);
+        let spoilt = detect(&recording(&rows, ALL), &DetectionSettings::default());
+        let Err(AnswerError::Unusable(finding)) = spoilt else {
+            panic!("{name}: {spoilt:?}");
+        };
+        let cure = finding.cure.unwrap();
+        let mut columns = Columns::default();
+        for argument in cure.split("--column ").skip(1) {
+            columns.rename(argument.trim()).unwrap();
+        }
+        let mut mounting = Mounting::default();
+        if let Some(roll) = cure.strip_prefix("[mounting] roll_deg = ") {
+            mounting.roll_deg = roll.split(' ').next().unwrap().parse().unwrap();
+        }
+        let cured = recording_as(&rows, ALL, &columns)
+            .mounted(&mounting)
+            .unwrap();
+        let expected = recording(&good, ALL);
+        let detection = detect(&cured, &DetectionSettings::default()).unwrap();
+        assert_eq!(detection.log_quality.findings, [], "{name}");
+        let (angles, truth) = (
+            cured.orientation.angles_rad(),
+            expected.orientation.angles_rad(),
+        );
+        for (ours, theirs) in [
+            (&angles.roll, &truth.roll),
+            (&angles.pitch, &truth.pitch),
+            (&angles.yaw, &truth.yaw),
+        ] {
+            for (a, b) in ours.iter().zip(theirs) {
+                assert!(
+                    (a - ours[0] - (b - theirs[0])).abs() < 1e-4,
+                    "{name}: {a} {b}"
+                );
+            }
+        }
+    }
 }
 
 /// The control: nothing is done, and nothing is refused.

@@ -257,11 +257,7 @@ fn a_sensor_that_points_down_is_told_with_its_cure() {
         "roll_deg = 180",
     );
     // Turned over about x, its own orientation with it.
-    let turned = |axis: usize, angle: f64| match axis {
-        0 => angle + PI,
-        1 => -angle,
-        _ => angle,
-    };
+    let turned = |axis: usize, angle: f64| if axis == 0 { angle + PI } else { angle };
     let log = good(0.1).each_force(ned).each_rate(ned).each_angle(turned);
     for recording in [log.recording(), log.without_raw()] {
         assert_first(
