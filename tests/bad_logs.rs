@@ -168,11 +168,9 @@ const FAULTS: [Fault; 24] = [
         columns: ALL,
         spoil: |rows, _| {
             scale(rows, ANGLE, 180.0 / PI);
-            rows.iter_mut().for_each(|row| {
-                ANGLE
-                    .iter()
-                    .for_each(|&c| row[c] = row[c].rem_euclid(360.0))
-            });
+            for row in rows {
+                ANGLE.map(|column| row[column] = row[column].rem_euclid(360.0));
+            }
         },
     },
     Fault {

@@ -1,6 +1,9 @@
 //! From a recording to what the model of its robot lacks.
 
 mod reckoning;
+mod report;
+
+pub use report::ExplanationReport;
 
 use mlr_filter::OrientationSeries;
 use mlr_imu::{RawSeries, Recording};

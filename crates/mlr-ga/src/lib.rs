@@ -55,7 +55,7 @@ pub use configuration::{
 pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
-pub use explain::{ExplainError, ExplainSettings, Explained, explain};
+pub use explain::{ExplainError, ExplainSettings, Explained, ExplanationReport, explain};
 pub use identify::{
     Alternative, Begins, BestFit, ComparedSignals, Frequency, GaitPhase, Identification,
     IdentificationReport, IdentifySettings, MeasuredWalk, Model, Search, SearchMethod, Stretch,

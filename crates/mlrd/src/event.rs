@@ -2,11 +2,11 @@
 
 use std::{path::PathBuf, time::SystemTime};
 
-use mlr_ga::IdentificationReport;
+use mlr_ga::{ExplanationReport, IdentificationReport};
 use mlr_residual::walk::Sensing;
 use serde::Serialize;
 
-use crate::{explainer::ExplanationReport, saved_state::KnownMorphology};
+use crate::saved_state::KnownMorphology;
 
 /// One line. `t_s` counts from the first sample.
 #[derive(Debug, Serialize)]
@@ -208,13 +208,21 @@ pub fn line(now: SystemTime, t_s: f64, kind: &Kind) -> serde_json::Result<String
 mod tests {
     use std::time::Duration;
 
+    use mlr_imu::quality::LogQuality;
+
     use super::*;
     use crate::explainer::tests::{faulty_sensor, nothing_unusual};
 
     #[test]
     fn an_explanation_that_found_something_is_worth_a_look() {
         let level = |explanation| {
-            let result = Box::new(ExplanationReport::new("imu".into(), 1, explanation, 0.0));
+            let result = Box::new(ExplanationReport::new(
+                "imu".into(),
+                1,
+                explanation,
+                LogQuality::default(),
+                Duration::ZERO,
+            ));
             Kind::Explained { result }.level()
         };
         assert_eq!(level(nothing_unusual()), Level::Ok);

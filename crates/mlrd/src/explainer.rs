@@ -9,9 +9,8 @@ use std::{
     time::Instant,
 };
 
-use mlr_ga::{ExplainError, ExplainSettings, IdentifySettings, explain};
-use mlr_residual::walk::{Sensing, TracingSettings, WalkExplanation};
-use serde::Serialize;
+use mlr_ga::{ExplainError, ExplainSettings, ExplanationReport, IdentifySettings, explain};
+use mlr_residual::walk::{Sensing, TracingSettings};
 
 use crate::{
     monitor::{Request, RequestNumber},
@@ -29,43 +28,6 @@ pub struct Explained {
     pub report: Result<ExplanationReport, ExplainError>,
     /// The sensor's faults that the recording was rid of beforehand.
     pub corrected: Sensing,
-}
-
-/// Version of the JSON form.
-const SCHEMA: &str = "mlr.explanation/1";
-
-/// An explanation with all that is needed to get it again: the object that
-/// `mlr-ga explain --json` prints.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ExplanationReport {
-    /// Name and version of the form.
-    schema: &'static str,
-    /// The port that the recording came from.
-    pub log: String,
-    /// Seed of the search.
-    pub seed: u64,
-    /// What the model lacks.
-    #[serde(flatten)]
-    pub explanation: WalkExplanation,
-    /// Time that it took.
-    pub elapsed_s: f64,
-}
-
-impl ExplanationReport {
-    pub(crate) fn new(
-        log: String,
-        seed: u64,
-        explanation: WalkExplanation,
-        elapsed_s: f64,
-    ) -> Self {
-        Self {
-            schema: SCHEMA,
-            log,
-            seed,
-            explanation,
-            elapsed_s,
-        }
-    }
 }
 
 /// Explains walks one after the other, on one thread of the lowest priority.
@@ -167,7 +129,8 @@ impl Bench {
             known.source.clone(),
             known.seed,
             explained.explanation,
-            begin.elapsed().as_secs_f64(),
+            explained.identification.log_quality,
+            begin.elapsed(),
         ))
     }
 }
@@ -178,9 +141,11 @@ pub(crate) mod tests {
 
     use mlr_residual::walk::{
         AxisResidual, ByAxis, RemainingResidual, Reported, StretchErrors, TracedEffect,
+        WalkExplanation,
     };
 
     use mlr_filter::{Axes, OrientationSeries};
+    use mlr_imu::quality::LogQuality;
 
     use super::*;
     use crate::Settings;
@@ -269,7 +234,13 @@ pub(crate) mod tests {
     #[test]
     fn a_report_has_the_fields_of_its_schema() {
         let explanation = faulty_sensor("imu_misalignment", &[("roll_deg", 2.0)]);
-        let report = ExplanationReport::new("/dev/imu".into(), 1, explanation, 9.5);
+        let report = ExplanationReport::new(
+            "/dev/imu".into(),
+            1,
+            explanation,
+            LogQuality::default(),
+            Duration::from_millis(9500),
+        );
         let json = serde_json::to_value(&report).unwrap();
         assert_eq!(json["schema"], "mlr.explanation/1");
         assert_eq!(json["log"], "/dev/imu");

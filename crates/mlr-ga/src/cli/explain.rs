@@ -6,7 +6,9 @@ use std::{
 };
 
 use clap::Args;
-use mlr_ga::{Configuration, ExplainSettings, Explained, LARGEST_SEED, Model, explain};
+use mlr_ga::{
+    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, explain,
+};
 use mlr_residual::walk::{StretchErrors, TracedEffect, WalkExplanation};
 use serde::Serialize;
 
@@ -18,8 +20,6 @@ use super::{
     progress::Bar,
 };
 
-/// Version of the JSON output.
-const SCHEMA: &str = "mlr.explanation/1";
 /// Candidates that are shown to people.
 const SHOWN: usize = 6;
 
@@ -54,17 +54,6 @@ pub(super) struct ExplainOptions {
     atlas: AtlasFile,
     #[command(flatten)]
     model: ModelFiles,
-}
-
-/// The JSON object of an explanation.
-#[derive(Serialize)]
-pub(super) struct Report<'a> {
-    schema: &'static str,
-    log: &'a Path,
-    seed: u64,
-    #[serde(flatten)]
-    explanation: &'a WalkExplanation,
-    elapsed_s: f64,
 }
 
 pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
@@ -113,13 +102,13 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     for warning in identification.warnings.iter().chain(&explanation.warnings) {
         output::warning(warning);
     }
-    let report = Report {
-        schema: SCHEMA,
-        log: options.log.path(),
-        seed: options.seed,
-        explanation: &explanation,
-        elapsed_s: started.elapsed().as_secs_f64(),
-    };
+    let report = ExplanationReport::new(
+        options.log.path().display().to_string(),
+        options.seed,
+        explanation,
+        identification.log_quality,
+        started.elapsed(),
+    );
     let json = serde_json::to_string(&report)? + "\n";
     if let Some(file) = file {
         file.write(&json)?;
@@ -129,10 +118,10 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
 }
 
 /// The answer for people.
-fn table(report: &Report<'_>) -> String {
-    let found = report.explanation;
+fn table(report: &ExplanationReport) -> String {
+    let found = &report.explanation;
     let mut table = output::Table::default();
-    table.line("log", report.log.display());
+    table.line("log", &report.log);
     let spelled = |rows: &[Vec<u8>]| super::identify::spelled(rows);
     if found.morphology == found.morphology_before {
         table.line("morphology", spelled(&found.morphology));
