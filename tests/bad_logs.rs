@@ -169,7 +169,9 @@ const FAULTS: [Fault; 24] = [
         spoil: |rows, _| {
             scale(rows, ANGLE, 180.0 / PI);
             for row in rows {
-                ANGLE.map(|column| row[column] = row[column].rem_euclid(360.0));
+                for column in ANGLE {
+                    row[column] = row[column].rem_euclid(360.0);
+                }
             }
         },
     },
