@@ -1,15 +1,12 @@
 //! `mlr-ga explain`.
 
-use std::{
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
     Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, explain,
 };
-use mlr_residual::walk::{StretchErrors, TracedEffect, WalkExplanation};
+use mlr_residual::walk::{StretchErrors, TracedEffect};
 use serde::Serialize;
 
 use super::{
