@@ -7,7 +7,6 @@ use mlr_ga::{
     Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, explain,
 };
 use mlr_residual::walk::{StretchErrors, TracedEffect};
-use serde::Serialize;
 
 use super::{
     identify::SearchName,
