@@ -5,6 +5,6 @@ mod plausibility;
 mod posterior;
 mod prior;
 
-pub use plausibility::{ErrorModel, PlausibilitySettings};
+pub use plausibility::{ErrorModel, MeanErrorModel, PlausibilitySettings};
 pub use posterior::{Belief, Posterior};
 pub use prior::DamagePrior;

@@ -9,7 +9,10 @@ use serde::{Deserialize, Serialize};
 /// Two hypotheses compete for the errors e of roll, pitch and yaw, given how far the body
 /// moved (m): that the robot has the morphology that fits best, and that what it does has
 /// nothing to do with any. Under both, ln e has a Student distribution
-/// ([`ErrorModel`]); Bayes' rule gives the probability of the second.
+/// ([`ErrorModel`]); Bayes' rule gives the probability of the second. The same is asked of the
+/// mean error of the nominal model (the paper's F per sample and axis), which sees what the
+/// others forgive: yaw's drift, and a morphology that fits under an odd variation only. The two
+/// are not independent; the graver counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlausibilitySettings {
@@ -26,6 +29,21 @@ pub struct PlausibilitySettings {
     pub usual: ErrorModel,
     /// Errors of the best morphology where none is right.
     pub unexplained: ErrorModel,
+    /// Mean error of the right morphology on the nominal model.
+    pub usual_mean: MeanErrorModel,
+    /// Mean error of the best morphology where none is right.
+    pub unexplained_mean: MeanErrorModel,
+}
+
+/// The mean error of the nominal model, given how far the body moves in the root mean square of
+/// all axes: its median is a share of that, and its logarithm spreads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MeanErrorModel {
+    /// The median error as a share of the motion.
+    pub motion_share: f64,
+    /// Standard deviation of the error's logarithm.
+    pub spread: f64,
 }
 
 /// Errors on roll, pitch and yaw, given how far the body moves on each axis.
@@ -78,6 +96,20 @@ impl Default for PlausibilitySettings {
                 correlation: 0.2,
                 ..usual
             },
+            usual_mean: MeanErrorModel::default(),
+            unexplained_mean: MeanErrorModel {
+                motion_share: 1.5,
+                spread: 0.4,
+            },
+        }
+    }
+}
+
+impl Default for MeanErrorModel {
+    fn default() -> Self {
+        Self {
+            motion_share: 0.4,
+            spread: 0.53,
         }
     }
 }
@@ -94,24 +126,73 @@ impl PlausibilitySettings {
         let usual = self.usual.check();
         usual.map_err(|error| error.under("usual"))?;
         let unexplained = self.unexplained.check();
-        unexplained.map_err(|error| error.under("unexplained"))
+        unexplained.map_err(|error| error.under("unexplained"))?;
+        let usual = self.usual_mean.check();
+        usual.map_err(|error| error.under("usual_mean"))?;
+        let unexplained = self.unexplained_mean.check();
+        unexplained.map_err(|error| error.under("unexplained_mean"))
     }
 
     /// Probability that something else decides how the robot walks. `error_deg` and
     /// `motion_deg` are root mean squares of roll, pitch and yaw without mean and trend.
-    pub fn something_else(&self, error_deg: [f64; 3], motion_deg: [f64; 3]) -> f64 {
-        // A walk that fits better than usual is no reason for doubt.
-        let median_deg = self.usual.median_deg(motion_deg);
-        let ln_error = std::array::from_fn(|axis| error_deg[axis].max(median_deg[axis]).ln());
-        let ln_usual = self.usual.ln_density(ln_error, motion_deg);
-        let ln_unexplained = self.unexplained.ln_density(ln_error, motion_deg);
-        let odds =
-            self.something_else / (1.0 - self.something_else) * (ln_unexplained - ln_usual).exp();
+    ///
+    /// `mean_error_deg` is that of the nominal model, per sample and axis.
+    pub fn something_else(
+        &self,
+        error_deg: [f64; 3],
+        motion_deg: [f64; 3],
+        mean_error_deg: f64,
+    ) -> f64 {
+        let by_axis = self.ln_ratio_of_axes(error_deg, motion_deg);
+        let by_mean = self.ln_ratio_of_mean(mean_error_deg, motion_deg);
+        let odds = self.something_else / (1.0 - self.something_else) * by_axis.max(by_mean).exp();
         if odds.is_finite() {
             odds / (1.0 + odds)
         } else {
             1.0
         }
+    }
+
+    /// Logarithm of how much better the mean error is explained by something else.
+    fn ln_ratio_of_mean(&self, mean_error_deg: f64, motion_deg: [f64; 3]) -> f64 {
+        let squares: f64 = motion_deg.iter().map(|motion| motion * motion).sum();
+        let motion_deg = (squares / 3.0).sqrt();
+        if motion_deg < MeanErrorModel::LEAST_MOTION_DEG {
+            return f64::NEG_INFINITY;
+        }
+        let error_deg = mean_error_deg.max(self.usual_mean.median_deg(motion_deg));
+        self.unexplained_mean.ln_density(error_deg, motion_deg)
+            - self.usual_mean.ln_density(error_deg, motion_deg)
+    }
+
+    /// Logarithm of how much better the errors of the axes are explained by something else.
+    fn ln_ratio_of_axes(&self, error_deg: [f64; 3], motion_deg: [f64; 3]) -> f64 {
+        // A walk that fits better than usual is no reason for doubt.
+        let median_deg = self.usual.median_deg(motion_deg);
+        let ln_error = std::array::from_fn(|axis| error_deg[axis].max(median_deg[axis]).ln());
+        self.unexplained.ln_density(ln_error, motion_deg)
+            - self.usual.ln_density(ln_error, motion_deg)
+    }
+}
+
+impl MeanErrorModel {
+    /// The mean error of a body that moves less says nothing: drift and noise of the sensor are
+    /// as large (healthy robots move by 0.1°, damaged ones by 1° or more).
+    const LEAST_MOTION_DEG: f64 = 0.5;
+
+    fn check(&self) -> Result<(), SettingError> {
+        SettingError::check("motion_share", self.motion_share, 1e-4..=100.0, "")?;
+        SettingError::check("spread", self.spread, 0.01..=10.0, "")
+    }
+
+    fn median_deg(&self, motion_deg: f64) -> f64 {
+        self.motion_share * motion_deg
+    }
+
+    /// Logarithm of the density of the error's logarithm, up to a constant.
+    fn ln_density(&self, error_deg: f64, motion_deg: f64) -> f64 {
+        let z = (error_deg / self.median_deg(motion_deg)).ln() / self.spread;
+        -self.spread.ln() - 0.5 * (DEGREES_OF_FREEDOM + 1.0) * (z * z / DEGREES_OF_FREEDOM).ln_1p()
     }
 }
 
@@ -167,8 +248,19 @@ mod tests {
 
     use super::*;
 
+    /// Of a walk whose mean error is usual.
     fn doubt(error_deg: [f64; 3], motion_deg: [f64; 3]) -> f64 {
-        PlausibilitySettings::default().something_else(error_deg, motion_deg)
+        PlausibilitySettings::default().something_else(error_deg, motion_deg, 0.0)
+    }
+
+    #[test]
+    fn a_mean_error_far_beyond_the_usual_is_doubted_whatever_a_variation_explains() {
+        let motion_deg = [3.3, 6.7, 1.8];
+        let usual = ErrorModel::default().median_deg(motion_deg);
+        let doubt = |mean_error_deg| {
+            PlausibilitySettings::default().something_else(usual, motion_deg, mean_error_deg)
+        };
+        assert!(doubt(2.0) < 0.02 && doubt(7.4) > 0.25, "{}", doubt(7.4));
     }
 
     #[test]

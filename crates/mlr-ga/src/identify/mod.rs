@@ -100,16 +100,17 @@ pub fn identify(
         objective.motion_deg(fit.misfit.alignment),
         &settings.variations,
     );
+    let paper_cost = PaperCost::new(&measured, robot, gait, settings)?;
+    let (simulated, cost_rad) = paper_cost.of(&best, fit.lost_links).ok_or_else(no_walk)?;
+    let mean_error_deg = mean_error_deg(cost_rad, simulated.roll.len());
     let belief = Belief {
-        something_else: something_else(&fit, measured.quality(), settings),
+        something_else: something_else(&fit, mean_error_deg, measured.quality(), settings),
         unexplained: DamagePrior {
             leg_damaged: settings.plausibility.leg_damaged,
             ..settings.prior
         },
         posterior,
     };
-    let paper_cost = PaperCost::new(&measured, robot, gait, settings)?;
-    let (simulated, cost_rad) = paper_cost.of(&best, fit.lost_links).ok_or_else(no_walk)?;
     Ok(Identification {
         morphology: best.to_rows(),
         damaged_legs: best.damaged_legs(),
@@ -121,7 +122,7 @@ pub fn identify(
         leg_damage_probability: belief.leg_damage(best.legs()),
         link_loss_probability: belief.link_loss((0..best.legs()).map(|leg| best.links(leg))),
         cost_rad,
-        mean_error_deg: mean_error_deg(cost_rad, simulated.roll.len()),
+        mean_error_deg,
         fit,
         alternatives: alternatives(&best, &belief, &weighed, &paper_cost),
         indistinguishable: belief
@@ -153,10 +154,16 @@ pub fn identify(
 
 /// Probability that something else than damage to legs decides how the robot walks, as its
 /// best fit and the recording itself show.
-fn something_else(fit: &BestFit, quality: &LogQuality, settings: &IdentifySettings) -> f64 {
-    let of_the_fit = settings
-        .plausibility
-        .something_else(fit.error_deg, fit.motion_deg);
+fn something_else(
+    fit: &BestFit,
+    mean_error_deg: f64,
+    quality: &LogQuality,
+    settings: &IdentifySettings,
+) -> f64 {
+    let of_the_fit =
+        settings
+            .plausibility
+            .something_else(fit.error_deg, fit.motion_deg, mean_error_deg);
     if quality.is_worse() {
         of_the_fit.max(settings.plausibility.defective_sensor)
     } else {

@@ -35,6 +35,8 @@ pub struct LogScore {
     pub something_else_probability: f64,
     /// Root mean square of what the answer leaves of roll, pitch and yaw.
     pub error_deg: [f64; 3],
+    /// Mean error of the nominal model, per sample and axis.
+    pub mean_error_deg: f64,
     /// Root mean square of roll, pitch and yaw.
     pub motion_deg: [f64; 3],
     /// Time that the answer took.
@@ -61,6 +63,7 @@ impl LogScore {
             confidence: answer.legs_probability,
             something_else_probability: answer.something_else_probability,
             error_deg: answer.fit.error_deg,
+            mean_error_deg: answer.mean_error_deg,
             motion_deg: answer.fit.motion_deg,
             true_damaged_legs: damaged,
             damaged_legs: answer.damaged_legs.clone(),

@@ -169,6 +169,7 @@ mod tests {
             confidence,
             something_else_probability: 0.0,
             error_deg: [0.0; 3],
+            mean_error_deg: 0.0,
             motion_deg: [0.0; 3],
             elapsed_s: 1.0,
         }
