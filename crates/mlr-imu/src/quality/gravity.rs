@@ -76,38 +76,23 @@ impl Gravity {
     }
 
     pub(super) fn findings(&self, rows: &Rows<'_>) -> Vec<Finding> {
-        let finding = |kind, severity, reason, cure| {
-            let (from_s, to_s) = rows.span_s();
-            Finding {
-                kind,
-                severity,
-                from_s,
-                to_s,
-                reason,
-                cure,
-            }
-        };
         let mut found = Vec::new();
         if let Some(norm) = self.norm_mps2 {
-            found.extend(size(rows, norm, &finding));
+            found.extend(size(rows, norm));
             if found.iter().any(|it| it.severity == Severity::Useless) {
                 return found;
             }
         }
-        found.extend(self.direction(rows, &finding));
+        found.extend(self.direction(rows));
         found
     }
 
-    fn direction(
-        &self,
-        rows: &Rows<'_>,
-        finding: &impl Fn(FindingKind, Severity, String, Option<String>) -> Finding,
-    ) -> Option<Finding> {
+    fn direction(&self, rows: &Rows<'_>) -> Option<Finding> {
         let up = self.up;
         let (roll_rad, pitch_rad) = (up.y.atan2(up.z), (-up.x).atan2(up.y.hypot(up.z)));
         let tilt_deg = up.z.clamp(-1.0, 1.0).acos().to_degrees();
         if tilt_deg > 180.0 - LARGEST_TILT_DEG {
-            return Some(finding(
+            return Some(rows.finding(
                 FindingKind::UpsideDown,
                 Severity::Useless,
                 "gravity points the other way: the sensor is upside down, or its axes are those of \
@@ -123,7 +108,7 @@ impl Gravity {
                 Severity::Note
             };
             // What turns the sensor's axes into the body's, whose z axis points up.
-            return Some(finding(
+            return Some(rows.finding(
                 FindingKind::Axes,
                 severity,
                 format!("at rest, the robot or its sensor is tilted by {tilt_deg:.0}°"),
@@ -135,16 +120,11 @@ impl Gravity {
                 )),
             ));
         }
-        self.disagreement(rows, [roll_rad, pitch_rad], finding)
+        self.disagreement(rows, [roll_rad, pitch_rad])
     }
 
     /// At rest, recorded roll and pitch are those of gravity.
-    fn disagreement(
-        &self,
-        rows: &Rows<'_>,
-        of_gravity_rad: [f64; 2],
-        finding: &impl Fn(FindingKind, Severity, String, Option<String>) -> Finding,
-    ) -> Option<Finding> {
+    fn disagreement(&self, rows: &Rows<'_>, of_gravity_rad: [f64; 2]) -> Option<Finding> {
         rows.raw?;
         let [roll_rad, pitch_rad] = rows.standing_roll_pitch_rad()?;
         [("roll", roll_rad), ("pitch", pitch_rad)]
@@ -155,7 +135,7 @@ impl Gravity {
                 apart_rad.to_degrees().abs() > LARGEST_DISAGREEMENT_DEG
             })
             .map(|((name, angle_rad), gravity_rad)| {
-                finding(
+                rows.finding(
                     FindingKind::Contradiction,
                     Severity::Useless,
                     format!(
@@ -170,11 +150,7 @@ impl Gravity {
 }
 
 /// Whether a mean specific force can be gravity in m/s².
-fn size(
-    rows: &Rows<'_>,
-    norm_mps2: f64,
-    finding: &impl Fn(FindingKind, Severity, String, Option<String>) -> Finding,
-) -> Option<Finding> {
+fn size(rows: &Rows<'_>, norm_mps2: f64) -> Option<Finding> {
     let off = (norm_mps2 / STANDARD_GRAVITY_MPS2 - 1.0).abs();
     let seen = format!("gravity is {norm_mps2:.3} m/s², expected 9.81");
     if off > USELESS {
@@ -182,13 +158,13 @@ fn size(
             .iter()
             .find(|(_, gravity)| (norm_mps2 / gravity - 1.0).abs() < USELESS);
         return Some(match unit {
-            Some((unit, _)) => finding(
+            Some((unit, _)) => rows.finding(
                 FindingKind::AccelerationUnit,
                 Severity::Useless,
                 format!("{seen}: the accelerations are in {unit}"),
                 (*unit == "g").then(|| rows.arguments(&["ax", "ay", "az"], Correction::Unit("g"))),
             ),
-            None => finding(
+            None => rows.finding(
                 FindingKind::Gravity,
                 Severity::Useless,
                 format!("{seen}: the accelerometer is dead or not scaled"),
@@ -197,7 +173,7 @@ fn size(
         });
     }
     (off > SENSOR_ACCURACY).then(|| {
-        finding(
+        rows.finding(
             FindingKind::Gravity,
             Severity::Worse,
             format!(

@@ -13,18 +13,6 @@ const LARGEST_SPEED_DPS: f64 = 250.0;
 /// An average over less than a gait cycle is none.
 const SHORTEST_S: f64 = 1.0;
 
-fn impossible(rows: &Rows<'_>, kind: FindingKind, reason: String) -> Finding {
-    let (from_s, to_s) = rows.span_s();
-    Finding {
-        kind,
-        severity: Severity::Useless,
-        from_s,
-        to_s,
-        reason,
-        cure: None,
-    }
-}
-
 /// Channels that jump to and fro from row to row.
 pub(super) fn alternating(rows: &Rows<'_>) -> Option<Finding> {
     let alternate: Vec<&'static str> = rows
@@ -38,15 +26,11 @@ pub(super) fn alternating(rows: &Rows<'_>) -> Option<Finding> {
         .map(|channel| channel.name)
         .collect();
     (alternate.len() >= CHANNELS).then(|| {
-        impossible(
-            rows,
-            FindingKind::Interleaved,
-            format!(
+        rows.finding(FindingKind::Interleaved, Severity::Useless, format!(
                 "{} jump to and fro from row to row: the log holds the rows of two sensors in turn, \
                  expected those of one",
                 alternate.join(", ")
-            ),
-        )
+            ), None)
     })
 }
 
@@ -91,14 +75,10 @@ pub(super) fn restless(rows: &Rows<'_>) -> Option<Finding> {
                 .sum();
             let speed_dps = path_rad.to_degrees() / duration_s.max(1e-9);
             (speed_dps > LARGEST_SPEED_DPS).then(|| {
-                impossible(
-                    rows,
-                    FindingKind::Impossible,
-                    format!(
+                rows.finding(FindingKind::Impossible, Severity::Useless, format!(
                         "{name} changes by {speed_dps:.0}° a second all the time: no body moves like \
                          that"
-                    ),
-                )
-            })
+                    ), None)
+    })
         })
 }

@@ -141,17 +141,12 @@ fn still_to_the_end(rows: &Rows<'_>) -> Option<Finding> {
 
 /// Rows that repeat the values of those before them.
 fn held(rows: &Rows<'_>, value_rate_hz: f64, sample_rate_hz: f64) -> Option<Finding> {
-    let (from_s, to_s) = rows.span_s();
-    (value_rate_hz < HELD_SHARE * sample_rate_hz).then(|| Finding {
-        kind: FindingKind::Held,
-        severity: Severity::Note,
-        from_s,
-        to_s,
-        reason: format!(
+    (value_rate_hz < HELD_SHARE * sample_rate_hz).then(|| {
+        let reason = format!(
             "values change {value_rate_hz:.1} times a second, although there are \
              {sample_rate_hz:.1} rows a second"
-        ),
-        cure: None,
+        );
+        rows.finding(FindingKind::Held, Severity::Note, reason, None)
     })
 }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use mlr_filter::{Axes, MotionSettings, MotionStart};
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::{Finding, FindingKind, Severity};
 use crate::{Columns, Correction, ImuSample, OrientationSource, RawSeries, Recording};
 
 /// A recording whose time stamps increase, and where in it the robot stands and walks.
@@ -92,6 +93,25 @@ impl<'a> Rows<'a> {
             (count > 0).then(|| standing.iter().sum::<f64>() / count as f64)
         };
         Some([mean(&angles.roll)?, mean(&angles.pitch)?])
+    }
+
+    /// A finding about the log from its first to its last row.
+    pub(super) fn finding(
+        &self,
+        kind: FindingKind,
+        severity: Severity,
+        reason: String,
+        cure: Option<String>,
+    ) -> Finding {
+        let (from_s, to_s) = self.span_s();
+        Finding {
+            kind,
+            severity,
+            from_s,
+            to_s,
+            reason,
+            cure,
+        }
     }
 
     /// The `--column` arguments that correct these quantities.

@@ -24,7 +24,6 @@ const LEAST_OF_ANGLES: f64 = 0.02;
 /// `hold`: rows that show the same measurement.
 pub(super) fn findings(rows: &Rows<'_>, hold: usize) -> Vec<Finding> {
     let walking = rows.walking();
-    let (from_s, to_s) = rows.span_s();
     let mut found = Vec::new();
     for channel in rows.channels() {
         let values = &channel.values[walking.clone()];
@@ -37,22 +36,18 @@ pub(super) fn findings(rows: &Rows<'_>, hold: usize) -> Vec<Finding> {
         if share <= least {
             continue;
         }
-        found.push(Finding {
-            kind: FindingKind::Saturated,
-            severity: if share > most {
-                Severity::Useless
-            } else {
-                Severity::Worse
-            },
-            from_s,
-            to_s,
-            reason: format!(
-                "{} is cut off at the end of its range in {:.1} % of the walk",
-                channel.name,
-                100.0 * share
-            ),
-            cure: Some("a larger full-scale range of the sensor".into()),
-        });
+        let severity = if share > most {
+            Severity::Useless
+        } else {
+            Severity::Worse
+        };
+        let reason = format!(
+            "{} is cut off at the end of its range in {:.1} % of the walk",
+            channel.name,
+            100.0 * share
+        );
+        let cure = Some("a larger full-scale range of the sensor".into());
+        found.push(rows.finding(FindingKind::Saturated, severity, reason, cure));
     }
     found
 }

@@ -43,23 +43,11 @@ pub(super) fn finding(rows: &Rows<'_>, value_rate_hz: f64) -> Option<Finding> {
         .or_else(|| rates_against_gravity(rows))
 }
 
-fn useless(rows: &Rows<'_>, kind: FindingKind, reason: String, cure: Option<String>) -> Finding {
-    let (from_s, to_s) = rows.span_s();
-    Finding {
-        kind,
-        severity: Severity::Useless,
-        from_s,
-        to_s,
-        reason,
-        cure,
-    }
-}
-
 fn in_degrees(rows: &Rows<'_>, reason: &str) -> Finding {
     let cure = rows.arguments(&["roll", "pitch", "yaw"], Correction::Unit("deg"));
-    useless(
-        rows,
+    rows.finding(
         FindingKind::AngleUnit,
+        Severity::Useless,
         format!("{reason}: the angles are in degrees"),
         Some(cure),
     )
@@ -149,9 +137,9 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
         .collect();
     if !opposed.is_empty() {
         let cure = rows.arguments(&opposed, Correction::Sign);
-        return Some(useless(
-            rows,
+        return Some(rows.finding(
             FindingKind::Contradiction,
+            Severity::Useless,
             format!(
                 "{} turns against the rates: angles and raw samples have different axes (NED has y \
                  right and z down)",
@@ -162,9 +150,9 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
     }
     let contradict = all.smallest_deviation() > SMALLEST_TURN_RAD && all.correlation() < SAME;
     contradict.then(|| {
-        useless(
-            rows,
+        rows.finding(
             FindingKind::Contradiction,
+            Severity::Useless,
             format!(
                 "angles and rates do not belong together (their turns correlate by {:.2})",
                 all.correlation()
@@ -176,9 +164,9 @@ fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
 
 fn rates_in_degrees(rows: &Rows<'_>, reason: &str) -> Finding {
     let cure = rows.arguments(&["gx", "gy", "gz"], Correction::Unit("dps"));
-    useless(
-        rows,
+    rows.finding(
         FindingKind::RateUnit,
+        Severity::Useless,
         format!("{reason}: the rates are in degrees per second"),
         Some(cure),
     )
