@@ -88,26 +88,26 @@ impl StateFile {
     /// # Errors
     /// When the file cannot be read, or not be set aside.
     pub fn load(&self) -> io::Result<(SavedState, Option<String>)> {
-        let text = match read_text(&self.path, MAX_TEXT_BYTES) {
-            Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                return Ok((SavedState::default(), None));
-            }
-            Err(error) => return Err(error),
+        let read = read_text(&self.path, MAX_TEXT_BYTES);
+        let broken = match read {
+            Ok(text) => match serde_json::from_str(&text) {
+                Ok(state) => return Ok((state, None)),
+                Err(error) => error.to_string(),
+            },
+            Err(error) => match error.kind() {
+                io::ErrorKind::NotFound => return Ok((SavedState::default(), None)),
+                io::ErrorKind::FileTooLarge | io::ErrorKind::InvalidData => error.to_string(),
+                _ => return Err(error),
+            },
         };
-        match serde_json::from_str(&text) {
-            Ok(state) => Ok((state, None)),
-            Err(error) => {
-                let aside = self.path.with_file_name(SET_ASIDE);
-                fs::rename(&self.path, &aside)?;
-                let notice = format!(
-                    "{}: {error}; kept as {}",
-                    self.path.display(),
-                    aside.display()
-                );
-                Ok((SavedState::default(), Some(notice)))
-            }
-        }
+        let aside = self.path.with_file_name(SET_ASIDE);
+        fs::rename(&self.path, &aside)?;
+        let notice = format!(
+            "{}: {broken}; kept as {}",
+            self.path.display(),
+            aside.display()
+        );
+        Ok((SavedState::default(), Some(notice)))
     }
 
     /// Keeps the state. Whenever power fails, the file holds the old state or the
@@ -181,15 +181,19 @@ mod tests {
     fn a_damaged_file_is_set_aside_and_told() {
         let folder = tempfile::tempdir().unwrap();
         let file = StateFile::new(folder.path()).unwrap();
-        for text in ["{\"schema\": \"mlr.st", "{\"schema\": \"mlr.state/9\"}"] {
+        let endless = vec![b' '; MAX_TEXT_BYTES as usize + 1];
+        let texts: [&[u8]; 4] = [
+            b"{\"schema\": \"mlr.st",
+            b"{\"schema\": \"mlr.state/9\"}",
+            b"\xff\xfe",
+            &endless,
+        ];
+        for text in texts {
             fs::write(folder.path().join(NAME), text).unwrap();
             let (state, notice) = file.load().unwrap();
             assert_eq!(state, SavedState::default());
             assert!(notice.unwrap().contains(NAME));
-            assert_eq!(
-                fs::read_to_string(folder.path().join(SET_ASIDE)).unwrap(),
-                text
-            );
+            assert_eq!(fs::read(folder.path().join(SET_ASIDE)).unwrap(), text);
         }
     }
 }
