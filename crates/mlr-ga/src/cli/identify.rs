@@ -180,26 +180,22 @@ fn table(report: &IdentificationReport) -> String {
     let answer = &report.identification;
     let mut table = output::Table::default();
     table.line("log", &report.log);
+    let morphology = format!(
+        "{}  {}",
+        spelled(&answer.morphology),
+        percent(answer.probability)
+    );
     if answer.implausible {
+        let doubt = percent(answer.something_else_probability);
         table.line(
             "damage",
-            format!(
-                "not known: no morphology explains this log ({})",
-                percent(answer.something_else_probability)
-            ),
+            format!("not known: no morphology explains this log ({doubt})"),
         );
-        table.line("closest", &answer.description);
+        table.line("closest", format!("{}: {morphology}", answer.description));
     } else {
         table.line("damage", &answer.description);
+        table.line("morphology", morphology);
     }
-    table.line(
-        "morphology",
-        format!(
-            "{}  {}",
-            spelled(&answer.morphology),
-            percent(answer.probability)
-        ),
-    );
     table.line(
         "legs damaged",
         answer
@@ -219,9 +215,9 @@ fn table(report: &IdentificationReport) -> String {
     );
     if !answer.implausible && answer.something_else_probability >= WORTH_A_LINE {
         table.line(
-            "something else",
+            "doubt",
             format!(
-                "decides how the robot walks: {}",
+                "{} that something else decides how the robot walks",
                 percent(answer.something_else_probability)
             ),
         );

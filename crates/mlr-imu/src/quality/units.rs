@@ -10,6 +10,11 @@ use crate::Correction;
 /// Turns are compared over this time: longer than the delay of a filter, shorter than half
 /// a gait cycle.
 const TURN_S: f64 = 0.1;
+/// Turns that prove anything.
+const FEWEST_TURNS: f64 = 30.0;
+/// Roll and pitch up to which the rates about the body's axes are those of the angles, within a
+/// third.
+const LARGEST_TILT_RAD: f64 = 0.8;
 /// Values within that time that make a turn.
 const FEWEST_VALUES: f64 = 4.0;
 /// Tilt from accelerations is smeared by the body's own, and compared over a longer time.
@@ -34,13 +39,13 @@ const SMALLEST_TILT_SHARE: f64 = 0.2;
 /// The first contradiction. `value_rate_hz` says how often values change: turns of a sensor
 /// that is too slow cannot be compared.
 pub(super) fn finding(rows: &Rows<'_>, value_rate_hz: f64) -> Option<Finding> {
-    let compared = || {
-        let fast_enough = value_rate_hz * TURN_S >= FEWEST_VALUES;
-        fast_enough.then(|| angles_against_rates(rows)).flatten()
+    let fast_enough = value_rate_hz * TURN_S >= FEWEST_VALUES;
+    let units = match fast_enough.then(|| Turns::of(rows)).flatten() {
+        Some(turns) => turns.contradiction(rows),
+        // No raw samples vouch for the angles.
+        None => beyond_a_turn(rows),
     };
-    beyond_a_turn(rows)
-        .or_else(compared)
-        .or_else(|| rates_against_gravity(rows))
+    units.or_else(|| rates_against_gravity(rows))
 }
 
 fn in_degrees(rows: &Rows<'_>, reason: &str) -> Finding {
@@ -84,82 +89,101 @@ fn beyond_a_turn(rows: &Rows<'_>) -> Option<Finding> {
     })
 }
 
-/// Over short times, roll, pitch and yaw turn as the rates say.
-fn angles_against_rates(rows: &Rows<'_>) -> Option<Finding> {
-    let angles = rows.angles_rad?;
-    let rates = &rows.raw?.angular_rates_radps;
-    let steps = steps_of(rows, TURN_S);
-    let by_axis = [&angles.roll, &angles.pitch, &angles.yaw]
-        .into_iter()
-        .enumerate()
-        .map(|(axis, values)| {
-            let mut agreement = Agreement::default();
-            for &(from, to) in &steps {
-                let turned: f64 = (from..to)
+/// Short turns of roll, pitch and yaw beside those that the rates say.
+struct Turns {
+    by_axis: [Agreement; 3],
+    all: Agreement,
+}
+
+impl Turns {
+    /// `None` where there is nothing to compare.
+    fn of(rows: &Rows<'_>) -> Option<Self> {
+        let angles = rows.angles_rad?;
+        let rates = &rows.raw?.angular_rates_radps;
+        let tilted = |index: usize| {
+            angles.roll[index].abs().max(angles.pitch[index].abs()) > LARGEST_TILT_RAD
+        };
+        let mut by_axis = [Agreement::default(); 3];
+        for (from, to) in steps_of(rows, TURN_S) {
+            // Further tilted, roll, pitch and yaw do not turn as the body's axes.
+            if tilted(from) || tilted(to) {
+                continue;
+            }
+            let turned: [f64; 3] = std::array::from_fn(|axis| {
+                (from..to)
                     .map(|i| rates[i][axis] * (rows.times_s[i + 1] - rows.times_s[i]))
-                    .sum();
+                    .sum()
+            });
+            let channels = [&angles.roll, &angles.pitch, &angles.yaw];
+            for ((agreement, values), turned) in by_axis.iter_mut().zip(channels).zip(turned) {
                 agreement.add(turned, values[to] - values[from]);
             }
-            agreement
+        }
+        let all = by_axis
+            .into_iter()
+            .fold(Agreement::default(), Agreement::joined);
+        let enough = all.count >= FEWEST_TURNS && all.largest_deviation() >= SMALLEST_TURN_RAD;
+        enough.then_some(Self { by_axis, all })
+    }
+
+    /// What the turns say against each other.
+    fn contradiction(&self, rows: &Rows<'_>) -> Option<Finding> {
+        let ratio = self.all.ratio();
+        if ratio > UNIT_RATIO {
+            return Some(in_degrees(
+                rows,
+                &format!("the angles turn {ratio:.0} times as far as the rates say"),
+            ));
+        }
+        if ratio < 1.0 / UNIT_RATIO {
+            return Some(rates_in_degrees(
+                rows,
+                &format!(
+                    "the rates say turns {:.0} times as large as the angles",
+                    1.0 / ratio
+                ),
+            ));
+        }
+        let opposed = self.opposed();
+        if !opposed.is_empty() {
+            let cure = rows.arguments(&opposed, Correction::Sign);
+            return Some(rows.finding(
+                FindingKind::Contradiction,
+                Severity::Useless,
+                format!(
+                    "{} turns against the rates: angles and raw samples have different axes (NED \
+                     has y right and z down)",
+                    opposed.join(" and ")
+                ),
+                Some(format!("{cure} if the raw samples are right")),
+            ));
+        }
+        let correlation = self.all.correlation();
+        let unrelated = self.all.smallest_deviation() > SMALLEST_TURN_RAD && correlation < SAME;
+        unrelated.then(|| {
+            rows.finding(
+                FindingKind::Contradiction,
+                Severity::Useless,
+                format!(
+                    "angles and rates do not belong together (their turns correlate by \
+                     {correlation:.2})"
+                ),
+                None,
+            )
         })
-        .collect::<Vec<_>>();
-    let all = by_axis
-        .iter()
-        .copied()
-        .fold(Agreement::default(), Agreement::joined);
-    if all.count < 10.0 || all.largest_deviation() < SMALLEST_TURN_RAD {
-        return None;
     }
-    let ratio = all.ratio();
-    if ratio > UNIT_RATIO {
-        return Some(in_degrees(
-            rows,
-            &format!("the angles turn {ratio:.0} times as far as the rates say"),
-        ));
+
+    /// Angles that turn against their rates.
+    fn opposed(&self) -> Vec<&'static str> {
+        ["roll", "pitch", "yaw"]
+            .into_iter()
+            .zip(&self.by_axis)
+            .filter(|(_, axis)| {
+                axis.smallest_deviation() > SMALLEST_TURN_RAD && axis.correlation() < OPPOSED
+            })
+            .map(|(angle, _)| angle)
+            .collect()
     }
-    if ratio < 1.0 / UNIT_RATIO {
-        return Some(rates_in_degrees(
-            rows,
-            &format!(
-                "the rates say turns {:.0} times as large as the angles",
-                1.0 / ratio
-            ),
-        ));
-    }
-    let names = [("roll", "gx"), ("pitch", "gy"), ("yaw", "gz")];
-    let opposed: Vec<&str> = names
-        .iter()
-        .zip(&by_axis)
-        .filter(|(_, axis)| {
-            axis.smallest_deviation() > SMALLEST_TURN_RAD && axis.correlation() < OPPOSED
-        })
-        .map(|((angle, _), _)| *angle)
-        .collect();
-    if !opposed.is_empty() {
-        let cure = rows.arguments(&opposed, Correction::Sign);
-        return Some(rows.finding(
-            FindingKind::Contradiction,
-            Severity::Useless,
-            format!(
-                "{} turns against the rates: angles and raw samples have different axes (NED has y \
-                 right and z down)",
-                opposed.join(" and ")
-            ),
-            Some(format!("{cure} if the raw samples are right")),
-        ));
-    }
-    let contradict = all.smallest_deviation() > SMALLEST_TURN_RAD && all.correlation() < SAME;
-    contradict.then(|| {
-        rows.finding(
-            FindingKind::Contradiction,
-            Severity::Useless,
-            format!(
-                "angles and rates do not belong together (their turns correlate by {:.2})",
-                all.correlation()
-            ),
-            None,
-        )
-    })
 }
 
 fn rates_in_degrees(rows: &Rows<'_>, reason: &str) -> Finding {
