@@ -36,10 +36,11 @@ type ImuValues = [u64; 10];
 /// Values that repeat for longer than this while the robot walks are no measurements
 /// (ten periods of the slowest usable sensor).
 pub(super) const FROZEN_WALKING_S: f64 = 0.2;
-/// The same for a robot at rest. The noise of an MPU6050 (400 µg/√Hz, 0.005 °/s/√Hz) is
-/// several counts of its accelerometer in every range, so that raw samples never repeat
-/// for long.
-const FROZEN_STANDING_S: f64 = 1.0;
+/// The same for a robot at rest, and for the accelerations or the rates alone, which a log with
+/// few decimals may repeat for some tenths of a second. The noise of an MPU6050 (400 µg/√Hz,
+/// 0.005 °/s/√Hz) is several counts of its accelerometer in every range, so that raw samples
+/// never repeat for long.
+const FROZEN_RAW_S: f64 = 1.0;
 /// A body that shows no gravity for so long has fallen by 0.2 m: further than a robot that
 /// walks can fall.
 const FREE_FALL_S: f64 = 0.2;
@@ -146,7 +147,7 @@ impl SampleHealth {
         let walking_since_s = self.walking_since_s;
         let frozen = |held: Held| {
             // A filter may hold the orientation of a robot at rest.
-            let standing = raw.is_some() && held.is_frozen(FROZEN_STANDING_S);
+            let standing = raw.is_some() && held.is_frozen(FROZEN_RAW_S);
             let begin_s = walking_since_s.unwrap_or(f64::INFINITY);
             standing || (walking && held.since(begin_s).is_frozen(FROZEN_WALKING_S))
         };
@@ -157,10 +158,10 @@ impl SampleHealth {
             return Some((FaultKind::Frozen, held_s.since_s));
         }
         if let Some((acceleration, rate)) = channels {
-            if frozen(acceleration) {
+            if acceleration.is_frozen(FROZEN_RAW_S) {
                 return Some((FaultKind::DeadAccelerometer, acceleration.since_s));
             }
-            if frozen(rate) {
+            if rate.is_frozen(FROZEN_RAW_S) {
                 return Some((FaultKind::DeadGyroscope, rate.since_s));
             }
         }

@@ -101,6 +101,17 @@ fn one_dead_half_is_named() {
 }
 
 #[test]
+fn a_log_with_few_decimals_has_no_dead_half() {
+    let coarse = |_, sample: ImuSample| ImuSample {
+        acceleration_mps2: sample
+            .acceleration_mps2
+            .map(|a| a.map(|x| (x * 2.0).round() / 2.0)),
+        ..sample
+    };
+    assert_eq!(fault_of(true, coarse), None);
+}
+
+#[test]
 fn rates_cut_off_at_the_range_are_saturated_and_a_footfall_is_not() {
     let end = (32767.0_f64 / 131.0).to_radians();
     let cut_off = |_, sample: ImuSample| ImuSample {
