@@ -33,6 +33,7 @@ mod recording;
 mod sample;
 mod sample_clock;
 mod small_file;
+mod terminal_text;
 
 pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
@@ -46,3 +47,4 @@ pub use recording::{OrientationSource, Recording};
 pub use sample::{AccelerometerRange, FullScale, GyroscopeRange, ImuSample, STANDARD_GRAVITY_MPS2};
 pub use sample_clock::SampleClock;
 pub use small_file::{MAX_TEXT_BYTES, read_text};
+pub use terminal_text::{of_a_screen, printable};

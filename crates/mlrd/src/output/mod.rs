@@ -14,6 +14,8 @@ use std::{
 pub use queue::{Dropped, Entry, Limits, OutputQueue};
 pub use writer::{Expendable, Trouble, Writer};
 
+use mlr_imu::of_a_screen;
+
 use crate::event::{self, Kind, Status};
 
 /// Events as JSON lines on stdout.
@@ -114,9 +116,9 @@ impl Messages {
         Ok(Self(Arc::new(writer)))
     }
 
-    /// Says this.
+    /// Says this, as far as it fits on a screen and without what a terminal might obey.
     pub fn say(&self, text: &str) {
-        self.0.write_expendable(Message(text.into()));
+        self.0.write_expendable(Message(of_a_screen(text)));
     }
 
     /// Waits until all messages are written or the patience is exhausted.
