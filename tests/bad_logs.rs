@@ -8,7 +8,7 @@ use std::{f64::consts::PI, fs, io::Write, path::Path};
 
 use flate2::bufread::GzDecoder;
 use mlr_ga::{AnswerError, DetectionSettings, IdentifySettings, Model, Search, detect, identify};
-use mlr_golden_tests::data;
+use mlr_golden_tests::{data, shaft_sensor_columns};
 use mlr_imu::{Columns, LogLimits, LogTable, Mounting, Recording};
 use mlr_model::{Gait, Robot};
 use rayon::prelude::*;
@@ -382,13 +382,7 @@ fn no_fault_gets_a_confident_answer() {
         table += &row(fault.name, &recordings);
     }
     let carried = ["roll.csv.gz", "yaw.csv.gz"].map(|file| {
-        let mut columns = Columns::default();
-        for axis in ["x", "y", "z"] {
-            columns.rename(&format!("a{axis}=a2{axis}_g,g")).unwrap();
-            columns
-                .rename(&format!("g{axis}=g2{axis}_dps,dps"))
-                .unwrap();
-        }
+        let columns = shaft_sensor_columns();
         mlr_imu::read_log(&data(&format!("real/mpu6050-encoder/{file}")), &columns).unwrap()
     });
     table += &row(

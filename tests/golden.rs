@@ -8,12 +8,30 @@ use std::{
 
 use flate2::bufread::GzDecoder;
 use mlr_filter::Axes;
+use mlr_imu::Columns;
 
 /// A file below the workspace's `data` folder.
 pub fn data(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../data")
         .join(path)
+}
+
+/// The columns of the sensor on the shaft in `data/real/mpu6050-encoder`.
+///
+/// # Panics
+/// Never: the mappings are valid.
+pub fn shaft_sensor_columns() -> Columns {
+    let mut columns = Columns::default();
+    for axis in ["x", "y", "z"] {
+        for mapping in [
+            format!("a{axis}=a2{axis}_g,g"),
+            format!("g{axis}=g2{axis}_dps,dps"),
+        ] {
+            columns.rename(&mapping).expect("a valid mapping");
+        }
+    }
+    columns
 }
 
 /// The columns `roll_rad`, `pitch_rad`, `yaw_rad` of a golden file.

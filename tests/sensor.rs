@@ -5,19 +5,13 @@ use std::{fs::File, io::BufReader};
 
 use flate2::bufread::GzDecoder;
 use mlr_filter::OrientationSeries;
-use mlr_golden_tests::data;
-use mlr_imu::{Columns, read_log};
+use mlr_golden_tests::{data, shaft_sensor_columns};
+use mlr_imu::read_log;
 
 /// The orientation fused from the sensor on the shaft, and the encoder in degrees.
 fn fused(file: &str) -> (OrientationSeries, Vec<f64>) {
     let path = data(&format!("real/mpu6050-encoder/{file}"));
-    let mut columns = Columns::default();
-    for axis in ["x", "y", "z"] {
-        columns.rename(&format!("a{axis}=a2{axis}_g,g")).unwrap();
-        columns
-            .rename(&format!("g{axis}=g2{axis}_dps,dps"))
-            .unwrap();
-    }
+    let columns = shaft_sensor_columns();
     let orientation = read_log(&path, &columns).unwrap().orientation;
     let text = GzDecoder::new(BufReader::new(File::open(&path).unwrap()));
     let mut reader = csv::Reader::from_reader(text);
