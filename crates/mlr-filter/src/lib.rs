@@ -4,8 +4,8 @@
 //! sampling, noise, drift and delay long before they differ in what the robot
 //! did. This crate removes what does not matter:
 //!
-//! 1. [`clean_time_stamps`] drops samples whose time stamps are duplicated or
-//!    run backwards.
+//! 1. [`increasing_times`] finds the samples whose time stamps are duplicated or
+//!    run backwards, for [`OrientationSeries::picked`] to leave out.
 //! 2. [`MotionStart`] finds where the robot started to walk.
 //! 3. [`Window::cut`] brings a stretch of the recording onto an even time grid,
 //!    starting from common initial conditions.
@@ -60,5 +60,5 @@ pub use moving_mean::MovingMean;
 pub use orientation::{Axes, Axis, OrientationSeries, SeriesError, unwrapped_rad};
 pub use setting_error::SettingError;
 pub use spectrum::{PowerSpectrum, Spectrum};
-pub use time_stamps::{TimeStampFaults, clean_time_stamps, increasing_times};
+pub use time_stamps::{TimeStampFaults, increasing_times};
 pub use window::{EvenSamples, SamplingLimits, Window, WindowError};

@@ -1,7 +1,5 @@
 //! Repair of time stamps that are duplicated or run backwards.
 
-use crate::OrientationSeries;
-
 /// What was wrong with the time stamps of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TimeStampFaults {
@@ -20,21 +18,12 @@ impl TimeStampFaults {
     }
 }
 
-/// Keeps the longest run of samples whose time stamps strictly increase and
-/// drops the others.
+/// Indices of the longest run of samples whose time stamps strictly increase, and why the
+/// others go.
 ///
 /// Taking the longest such run rather than every sample later than all before
 /// means that one stamp far in the future costs one sample, not the rest of the
 /// recording.
-pub fn clean_time_stamps(recording: OrientationSeries) -> (OrientationSeries, TimeStampFaults) {
-    let (kept, faults) = increasing_times(recording.times_s());
-    if faults.dropped() == 0 {
-        return (recording, faults);
-    }
-    (recording.picked(&kept), faults)
-}
-
-/// The indices that [`clean_time_stamps`] keeps, and why the others go.
 pub fn increasing_times(times_s: &[f64]) -> (Vec<usize>, TimeStampFaults) {
     let Some(first_fault) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) else {
         return ((0..times_s.len()).collect(), TimeStampFaults::default());
@@ -91,7 +80,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Axes;
+    use crate::{Axes, OrientationSeries};
 
     fn recording(times_s: Vec<f64>) -> OrientationSeries {
         let n = times_s.len();
@@ -99,17 +88,22 @@ mod tests {
         OrientationSeries::new(times_s, Axes::from_fn(|_| count.clone())).unwrap()
     }
 
+    fn cleaned(recording: &OrientationSeries) -> (OrientationSeries, TimeStampFaults) {
+        let (kept, faults) = increasing_times(recording.times_s());
+        (recording.picked(&kept), faults)
+    }
+
     #[test]
     fn good_time_stamps_are_left_alone() {
         let series = recording(vec![0.0, 0.1, 0.2]);
-        let (cleaned, faults) = clean_time_stamps(series.clone());
+        let (cleaned, faults) = cleaned(&series);
         assert_eq!(cleaned, series);
         assert_eq!(faults, TimeStampFaults::default());
     }
 
     #[test]
     fn duplicates_and_backward_steps_are_told_apart() {
-        let (cleaned, faults) = clean_time_stamps(recording(vec![0.0, 1.0, 2.0, 2.0, 0.5, 3.0]));
+        let (cleaned, faults) = cleaned(&recording(vec![0.0, 1.0, 2.0, 2.0, 0.5, 3.0]));
         assert_eq!(cleaned.times_s(), [0.0, 1.0, 2.0, 3.0]);
         assert_eq!((faults.duplicated, faults.out_of_order), (1, 1));
         assert_eq!(faults.first, Some(3));
@@ -119,7 +113,7 @@ mod tests {
     fn one_stamp_in_the_future_costs_one_sample() {
         let mut times_s: Vec<f64> = (0..100).map(f64::from).collect();
         times_s[50] = 1e6;
-        let (cleaned, faults) = clean_time_stamps(recording(times_s));
+        let (cleaned, faults) = cleaned(&recording(times_s));
         assert_eq!(cleaned.len(), 99);
         assert_eq!(faults.out_of_order, 1);
     }
@@ -130,7 +124,7 @@ mod tests {
             times_s in prop::collection::vec((0..50_i32).prop_map(f64::from), 1..80),
         ) {
             let total = times_s.len();
-            let (cleaned, faults) = clean_time_stamps(recording(times_s));
+            let (cleaned, faults) = cleaned(&recording(times_s));
             prop_assert!(cleaned.times_s().windows(2).all(|pair| pair[0] < pair[1]));
             prop_assert_eq!(cleaned.len() + faults.dropped(), total);
         }
