@@ -18,7 +18,7 @@ use mlr_residual::{
 use thiserror::Error;
 
 use crate::{
-    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Model, Search, identify,
+    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model, Search, identify,
 };
 
 /// Why a recording has no explanation.
@@ -33,6 +33,9 @@ pub enum ExplainError {
     /// The walk began before the recording: its phase would have to be guessed.
     #[error("the log does not show the start of the walk, expected the robot to stand first")]
     NoStart,
+    /// Effects are weighed against morphologies by their probabilities.
+    #[error("method: \"paper\" gives no probabilities to weigh effects by, expected \"mlr\"")]
+    MethodWithoutProbabilities,
 }
 
 impl ExplainError {
@@ -42,6 +45,7 @@ impl ExplainError {
             Self::Answer(error) => error.is_recordings_fault(),
             Self::Walk(error) => error.is_recordings_fault(),
             Self::NoStart => true,
+            Self::MethodWithoutProbabilities => false,
         }
     }
 }
@@ -60,12 +64,8 @@ pub struct Explained {
 pub struct ExplainSettings<'a> {
     /// The identification, with and without effects.
     pub identify: &'a IdentifySettings,
-    /// The search of the first identification.
-    pub search: Search,
     /// The search for effects.
     pub tracing: &'a TracingSettings,
-    /// Seed of the identifications.
-    pub seed: u64,
 }
 
 /// Morphologies that are weighed against the one identified.
@@ -90,10 +90,11 @@ pub fn explain(
 ) -> Result<Explained, ExplainError> {
     let ExplainSettings {
         identify: identify_settings,
-        search,
         tracing,
-        seed,
     } = settings;
+    if identify_settings.method != Method::Mlr {
+        return Err(ExplainError::MethodWithoutProbabilities);
+    }
     let Model { robot, gait, .. } = model;
     let mut measured = MeasuredWalk::new(recording, gait, identify_settings)?;
     let from_the_start = IdentifySettings {
@@ -102,7 +103,7 @@ pub fn explain(
     };
     // Who says from where on to compare means it.
     let was_damaged_before = identify_settings.from_s.is_none()
-        && was_damaged_before(recording, &measured, model, &from_the_start, search, seed);
+        && was_damaged_before(recording, &measured, model, &from_the_start);
     let identify_settings = if was_damaged_before {
         measured = MeasuredWalk::new(recording, gait, &from_the_start)?;
         &from_the_start
@@ -116,7 +117,7 @@ pub fn explain(
         identify_settings,
     )?;
     // A recording that cannot be explained need not be searched first.
-    let identification = identify(recording, model, identify_settings, search, seed, progress)?;
+    let identification = identify(recording, model, identify_settings, progress)?;
     let nominal = WalkModel::nominal(
         robot.clone(),
         gait.clone(),
@@ -128,7 +129,6 @@ pub fn explain(
         recording: &recording.orientation,
         settings: identify_settings,
         walk_start_s: measured.start().start_s,
-        seed,
     };
     let explanation = explain_walk(&record, &nominal, &suspects, &again, tracing, progress)?;
     Ok(Explained {
@@ -177,8 +177,6 @@ fn was_damaged_before(
     measured: &MeasuredWalk,
     model: Model<'_>,
     from_the_start: &IdentifySettings,
-    search: Search,
-    seed: u64,
 ) -> bool {
     let GaitPhase::Elapsed { since_start_s } = measured.phase() else {
         return false;
@@ -187,7 +185,7 @@ fn was_damaged_before(
         window_s: since_start_s.min(from_the_start.window_s),
         ..from_the_start.clone()
     };
-    identify(recording, model, &before, search, seed, &())
+    identify(recording, model, &before, &())
         .is_ok_and(|found| !found.damaged_legs.is_empty() && found.legs_probability > SURE)
 }
 
@@ -237,7 +235,6 @@ struct Again<'a> {
     recording: &'a OrientationSeries,
     settings: &'a IdentifySettings,
     walk_start_s: f64,
-    seed: u64,
 }
 
 impl Again<'_> {
@@ -249,6 +246,7 @@ impl Again<'_> {
             variations: self.settings.variations.iter().take(1).copied().collect(),
             simulation: model.simulation.clone(),
             motion_start_s: Some(self.walk_start_s),
+            search: Some(Search::Ga),
             ..self.settings.clone()
         };
         let model = Model {
@@ -256,8 +254,7 @@ impl Again<'_> {
             gait: &model.gait,
             atlas: None,
         };
-        let search = Search::Genetic { repeats: 1 };
-        identify(&corrected.into(), model, &settings, search, self.seed, &()).ok()
+        identify(&corrected.into(), model, &settings, &()).ok()
     }
 }
 

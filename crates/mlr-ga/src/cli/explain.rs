@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, explain,
+    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, Search, explain,
 };
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
@@ -59,7 +59,9 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         tracing,
         mounting,
         ..
-    } = model_files::configuration(options.config.as_deref())?;
+    } = model_files::configuration(options.config.as_deref(), None)?;
+    settings.search = options.search.map(Search::from).or(settings.search);
+    settings.seed = options.seed;
     settings.motion_start_s = options.start_s.or(settings.motion_start_s);
     let checked = settings.check();
     checked.map_err(|error| error.as_option(&[("motion_start_s", "--start-s")]))?;
@@ -75,15 +77,9 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         gait: &gait,
         atlas: atlas.as_ref(),
     };
-    let search = options
-        .search
-        .unwrap_or(SearchName::default_with(atlas.is_some()))
-        .search(1);
     let how = ExplainSettings {
         identify: &settings,
-        search,
         tracing: &tracing,
-        seed: options.seed,
     };
     let bar = Bar::of_steps();
     let answer = explain(&recording, model, how, &bar);

@@ -1,7 +1,7 @@
 use mlr_model::{LegLayout, Morphology};
 use rand::{Rng, RngExt};
 
-use super::GeneticSettings;
+use super::{GeneticSettings, settings::probability_of};
 
 /// Draws each leg anew with the probability MR (Eq. (ga_mutation)).
 pub(super) fn mutate(
@@ -9,16 +9,18 @@ pub(super) fn mutate(
     settings: &GeneticSettings,
     generator: &mut impl Rng,
 ) -> Morphology {
-    redraw_legs(candidate, settings, settings.mutation_rate, generator)
+    let probabilities = &settings.link_probability;
+    redraw_legs(candidate, probabilities, settings.mutation_rate, generator)
 }
 
-/// A candidate whose legs are all drawn.
+/// A candidate of the initial population: all of its legs are drawn.
 pub(super) fn random_candidate(
     layout: &LegLayout,
     settings: &GeneticSettings,
     generator: &mut impl Rng,
 ) -> Morphology {
-    redraw_legs(&Morphology::healthy(layout), settings, 1.0, generator)
+    let probabilities = &settings.initial_link_probability;
+    redraw_legs(&Morphology::healthy(layout), probabilities, 1.0, generator)
 }
 
 /// With the probability `rate` per leg, gives every link j of the leg an
@@ -26,7 +28,7 @@ pub(super) fn random_candidate(
 /// logic.
 fn redraw_legs(
     candidate: &Morphology,
-    settings: &GeneticSettings,
+    probabilities: &[f64],
     rate: f64,
     generator: &mut impl Rng,
 ) -> Morphology {
@@ -35,7 +37,7 @@ fn redraw_legs(
         let redraw = generator.random_bool(rate);
         for link in 0..candidate.links(leg) {
             existence.push(if redraw {
-                generator.random_bool(settings.link_probability(link))
+                generator.random_bool(probability_of(link, probabilities))
             } else {
                 candidate.exists(leg, link)
             });

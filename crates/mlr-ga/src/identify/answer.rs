@@ -3,11 +3,18 @@ use mlr_imu::quality::LogQuality;
 use mlr_model::{LostLinks, Variation};
 use serde::Serialize;
 
+use super::{Method, Search};
 use crate::{comparison::Alignment, evaluation::CaseFit};
 
 /// The answer. Serialises to the fields of `mlr.identification/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identification {
+    /// What decided.
+    pub method: Method,
+    /// How the morphologies were searched.
+    pub search: Search,
+    /// Seed of the search.
+    pub seed: u64,
     /// The best morphology's existence numbers, leg by leg.
     pub morphology: Vec<Vec<u8>>,
     /// Numbers (from 1) of the legs that miss a link.
@@ -18,9 +25,11 @@ pub struct Identification {
     /// something else decides how the robot walks. The morphology is then only the closest.
     pub implausible: bool,
     /// Probability that something else than damage to legs decides how the robot walks. The
-    /// probabilities of legs, links and morphologies allow for it.
-    pub something_else_probability: f64,
-    /// Probability of exactly this morphology.
+    /// probabilities of legs, links and morphologies allow for it. The paper's method does not
+    /// ask.
+    pub something_else_probability: Option<f64>,
+    /// Probability of exactly this morphology. By the paper's method, this and every other
+    /// probability is the share of the runs that ended so.
     pub probability: f64,
     /// Probability that exactly these legs are damaged.
     pub legs_probability: f64,
@@ -45,7 +54,8 @@ pub struct Identification {
     pub window_start_s: f64,
     /// Length of the compared stretch.
     pub window_s: f64,
-    /// Morphologies simulated.
+    /// Morphologies evaluated. By the paper's method, candidates of all generations and runs,
+    /// those that were met again included.
     pub evaluations: usize,
     /// Simulations that diverged and count as infinitely costly.
     pub diverged: usize,
@@ -55,6 +65,8 @@ pub struct Identification {
     /// The results of repeated runs, most frequent first. Empty for a single
     /// run.
     pub frequencies: Vec<Frequency>,
+    /// The repeated runs one by one. Empty for a single run.
+    pub runs: Vec<Course>,
     /// What the recording says about itself.
     pub log_quality: LogQuality,
     /// What a person should know about the recording.
@@ -95,6 +107,30 @@ impl BestFit {
             motion_deg,
         }
     }
+
+    /// How the walk of the nominal model fits after Algorithm 2, without any alignment.
+    pub(super) fn of_conditioned(
+        lost_links: LostLinks,
+        measured: &Conditioned,
+        simulated: &Conditioned,
+    ) -> Self {
+        let rms_deg = |signal: &mut dyn ExactSizeIterator<Item = f64>| {
+            let count = signal.len().max(1) as f64;
+            (signal.map(|x| x * x).sum::<f64>() / count).sqrt().to_degrees()
+        };
+        let axes = [
+            (&measured.roll, &simulated.roll),
+            (&measured.pitch, &simulated.pitch),
+            (&measured.yaw, &simulated.yaw),
+        ];
+        Self {
+            lost_links,
+            alignment: Alignment::default(),
+            variation: Variation::default(),
+            error_deg: axes.map(|(m, s)| rms_deg(&mut m.iter().zip(s).map(|(m, s)| m - s))),
+            motion_deg: axes.map(|(m, _)| rms_deg(&mut m.iter().copied())),
+        }
+    }
 }
 
 /// Measured and simulated orientation after the filter, from the start of the
@@ -129,4 +165,13 @@ pub struct Frequency {
     pub cost_deg: f64,
     /// Runs that ended with it.
     pub count: usize,
+}
+
+/// One run of the genetic algorithm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Course {
+    /// Its result.
+    pub morphology: Vec<Vec<u8>>,
+    /// The best cost so far in degrees, generation by generation.
+    pub cost_per_generation: Vec<f64>,
 }
