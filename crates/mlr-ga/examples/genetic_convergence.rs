@@ -82,9 +82,17 @@ fn variants() -> Vec<(&'static str, GeneticSettings)> {
         ),
         ("the paper's", GeneticSettings::paper()),
         (
-            "the paper's, first drawn by P_ij",
+            "the paper's, children never repeat",
             GeneticSettings {
-                initial_link_probability: vec![0.9, 0.7, 0.7],
+                novel: true,
+                ..GeneticSettings::paper()
+            },
+        ),
+        (
+            "as many random candidates",
+            GeneticSettings {
+                population: 110,
+                generations: 0,
                 ..GeneticSettings::paper()
             },
         ),

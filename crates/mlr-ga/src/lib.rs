@@ -39,6 +39,7 @@
 mod answer_error;
 pub mod atlas;
 pub mod belief;
+mod compare;
 pub mod comparison;
 mod configuration;
 mod cost;
@@ -55,6 +56,7 @@ pub mod scoring;
 pub mod walks;
 
 pub use answer_error::AnswerError;
+pub use compare::{Comparison, compare};
 pub use configuration::{
     Configuration, ConfigurationError, LARGEST_SEED, checked_toml, most_threads,
 };

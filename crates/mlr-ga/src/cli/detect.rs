@@ -10,7 +10,8 @@ use serde::Serialize;
 use super::{
     log_file::LogFile,
     model_files::{self, MethodName},
-    output,
+    output::{self, ResultFile},
+    plot,
 };
 
 /// Version of the JSON output.
@@ -23,6 +24,10 @@ pub(super) struct DetectOptions {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
+    /// Draw roll, pitch and yaw, and the fluctuation with its threshold and flag, into this SVG file.
+    /// An existing file is never overwritten.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// The detector's rule [default: mlr, which forgives a lull; paper: without one].
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -43,10 +48,15 @@ struct Report<'a> {
 pub(super) fn run(options: &DetectOptions) -> anyhow::Result<()> {
     let configuration = model_files::configuration(options.config.as_deref(), options.method)?;
     let settings = DetectionSettings::from(&configuration.identification);
+    let picture = options.plot.as_deref();
+    let picture = picture.map(ResultFile::reserve).transpose()?;
     let recording = options.log.read()?.mounted(&configuration.mounting)?;
     let detection = detect(&recording, &settings).map_err(|error| options.log.blame(error))?;
     for warning in &detection.warnings {
         output::warning(warning);
+    }
+    if let Some(file) = picture {
+        file.write(&plot::detection(&detection, &recording.orientation)?)?;
     }
     let report = Report {
         schema: SCHEMA,

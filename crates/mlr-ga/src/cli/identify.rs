@@ -117,7 +117,8 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
         output::warning(warning);
     }
     if let Some(file) = picture {
-        file.write(&plot::svg(&identification)?)?;
+        let (name, error_deg) = (&identification.description, identification.mean_error_deg);
+        file.write(&plot::signals(name, error_deg, &identification.signals)?)?;
     }
     let report = IdentificationReport::new(
         options.log.path().display().to_string(),

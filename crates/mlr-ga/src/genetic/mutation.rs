@@ -1,7 +1,7 @@
 use mlr_model::{LegLayout, Morphology};
 use rand::{Rng, RngExt};
 
-use super::{GeneticSettings, settings::probability_of};
+use super::GeneticSettings;
 
 /// Draws each leg anew with the probability MR (Eq. (ga_mutation)).
 pub(super) fn mutate(
@@ -9,8 +9,7 @@ pub(super) fn mutate(
     settings: &GeneticSettings,
     generator: &mut impl Rng,
 ) -> Morphology {
-    let probabilities = &settings.link_probability;
-    redraw_legs(candidate, probabilities, settings.mutation_rate, generator)
+    redraw_legs(candidate, settings, settings.mutation_rate, generator)
 }
 
 /// A candidate of the initial population: all of its legs are drawn.
@@ -19,8 +18,7 @@ pub(super) fn random_candidate(
     settings: &GeneticSettings,
     generator: &mut impl Rng,
 ) -> Morphology {
-    let probabilities = &settings.initial_link_probability;
-    redraw_legs(&Morphology::healthy(layout), probabilities, 1.0, generator)
+    redraw_legs(&Morphology::healthy(layout), settings, 1.0, generator)
 }
 
 /// With the probability `rate` per leg, gives every link j of the leg an
@@ -28,7 +26,7 @@ pub(super) fn random_candidate(
 /// logic.
 fn redraw_legs(
     candidate: &Morphology,
-    probabilities: &[f64],
+    settings: &GeneticSettings,
     rate: f64,
     generator: &mut impl Rng,
 ) -> Morphology {
@@ -37,7 +35,7 @@ fn redraw_legs(
         let redraw = generator.random_bool(rate);
         for link in 0..candidate.links(leg) {
             existence.push(if redraw {
-                generator.random_bool(probability_of(link, probabilities))
+                generator.random_bool(settings.link_probability(link))
             } else {
                 candidate.exists(leg, link)
             });

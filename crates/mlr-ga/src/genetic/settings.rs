@@ -26,8 +26,6 @@ pub struct GeneticSettings {
     /// P_ij, the probability that link j of a drawn leg exists, from the body
     /// outward. The last one counts for all further links of longer legs.
     pub link_probability: Vec<f64>,
-    /// The same for the candidates of the initial population.
-    pub initial_link_probability: Vec<f64>,
     /// Whether a child must differ from every candidate that the run has had, because evaluating
     /// one twice teaches nothing; otherwise, from those of its own population.
     pub novel: bool,
@@ -52,7 +50,6 @@ impl Default for GeneticSettings {
     fn default() -> Self {
         Self {
             crossover_unit: CrossoverUnit::Leg,
-            initial_link_probability: vec![0.9, 0.7, 0.7],
             novel: true,
             islands: 2,
             healthy: true,
@@ -75,8 +72,6 @@ impl GeneticSettings {
             crossover_unit: CrossoverUnit::Link,
             mutation_rate: 0.33,
             link_probability: vec![0.9, 0.7, 0.7],
-            // "Randomly generating morphology vectors": no probability is given.
-            initial_link_probability: vec![0.5],
             novel: false,
             patience: None,
             islands: 1,
@@ -97,21 +92,26 @@ impl GeneticSettings {
         SettingError::check("generations", self.generations, 0..=10_000, "")?;
         SettingError::check("crossover_rate", self.crossover_rate, 0.0..=1.0, "")?;
         SettingError::check("mutation_rate", self.mutation_rate, 0.0..=1.0, "")?;
-        for (name, probabilities) in [
-            ("link_probability", &self.link_probability),
-            ("initial_link_probability", &self.initial_link_probability),
-        ] {
-            if probabilities.is_empty() {
-                let expected = "at least one probability";
-                return Err(SettingError::new(name, "[]", expected));
-            }
-            SettingError::check_each(name, probabilities, 0.0..=1.0, "")?;
+        if self.link_probability.is_empty() {
+            let expected = "at least one probability";
+            return Err(SettingError::new("link_probability", "[]", expected));
         }
+        let probabilities = &self.link_probability;
+        SettingError::check_each("link_probability", probabilities, 0.0..=1.0, "")?;
         if let Some(patience) = self.patience {
             SettingError::check("patience", patience, 1..=10_000, "generations")?;
         }
         SettingError::check("islands", self.islands, 1..=100, "")?;
         SettingError::check("repeats", self.repeats, 1..=10_000, "runs")
+    }
+
+    /// P_ij for link `link` (from 0).
+    pub(super) fn link_probability(&self, link: usize) -> f64 {
+        self.link_probability
+            .get(link)
+            .or(self.link_probability.last())
+            .copied()
+            .unwrap_or(1.0)
     }
 
     /// About how many candidates a run evaluates: healthy, the initial
@@ -131,13 +131,4 @@ impl GeneticSettings {
             .unwrap_or(usize::MAX);
         (usize::from(self.healthy) + evolution + refinement).min(feasible)
     }
-}
-
-/// The probability of link `link` (from 0); the last of the list counts for all further links.
-pub(super) fn probability_of(link: usize, probabilities: &[f64]) -> f64 {
-    probabilities
-        .get(link)
-        .or(probabilities.last())
-        .copied()
-        .unwrap_or(1.0)
 }
