@@ -72,14 +72,19 @@ def legs(rng, index):
     return intact, robot_with(rng, intact), []
 
 
+def rough_slope(rng, plant):
+    """A slope of 7° covered with bumps of about 1 cm."""
+    return [
+        effects.apply(plant, "slope", effects.slope(rng, 7.0, 7.0)),
+        effects.apply(plant, "rubble", effects.rubble(rng, 0.008, 0.012)),
+    ]
+
+
 def harsh(rng, index):
     """Any damage on a slope of 7° covered with bumps of about 1 cm."""
     intact = any_damage(rng, healthy=0.0)
     plant = robot_with(rng, intact)
-    return intact, plant, [
-        effects.apply(plant, "slope", effects.slope(rng, 7.0, 7.0)),
-        effects.apply(plant, "rubble", effects.rubble(rng, 0.008, 0.012)),
-    ]
+    return intact, plant, rough_slope(rng, plant)
 
 
 def slow(rng, index):
@@ -181,10 +186,25 @@ def octopod(rng, index):
     return intact, robot_with(rng, intact, OCTOPOD), []
 
 
+PAPER_TESTS = [  # damaged legs, links left on them, tests: the paper's table of results
+    ([3], 0, 2), ([5], 0, 2), ([1, 4], 0, 4), ([3, 4], 0, 2), ([3, 4], 1, 2), ([3, 4], 2, 2), ([4, 5], 0, 2),
+    ([2, 3], 0, 2),
+]
+
+
+def tests(rng, index):
+    """The paper's 18 tests, then legs 1 and 4 on its harsh ground; lost links are locked, as the paper's were."""
+    each = [without(legs, left) for legs, left, count in PAPER_TESTS for _ in range(count)]
+    intact = each[index] if index < len(each) else without([1, 4])
+    plant = draw_plant(rng, intact)
+    plant.locked = True
+    return intact, plant, rough_slope(rng, plant) if index >= len(each) else []
+
+
 # A log depends on its set's place in this list: new sets come last.
 SETS = {
     "paper": paper, "legs": legs, "harsh": harsh, "slow": slow, "wild": wild, "effects": undeclared, "detect": detect,
-    "belly": belly, "strange": strange, "octopod": octopod,
+    "belly": belly, "strange": strange, "octopod": octopod, "tests": tests,
 }
 
 
