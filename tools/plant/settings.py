@@ -2,7 +2,7 @@
 
 A plain `Plant` is a robot on an even, hard floor; the fields after `locked` are
 what the effects of `effects.py` change. Angles in degrees or radians as named,
-the rest in SI units.
+the rest in SI units. Settings of each leg or link that are None stand at "nothing special".
 """
 
 import math
