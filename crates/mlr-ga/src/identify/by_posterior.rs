@@ -50,6 +50,7 @@ pub(super) fn verdict(
     let fit = likeliest_fit(&weighed, &best).ok_or_else(no_walk)?;
     let fit = BestFit::new(
         fit,
+        objective.error_deg(&best, &fit).ok_or_else(no_walk)?,
         objective.motion_deg(fit.misfit.alignment),
         &settings.variations,
     );
