@@ -10,22 +10,18 @@ use mlr_ga::{
 };
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, Recording, read_log};
-use mlr_model::{Gait, Robot};
+use mlr_model::{Gait, Morphology, Robot};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
 struct Truth {
-    morphology: Vec<Vec<u8>>,
+    morphology: Morphology,
     motion_start_s: f64,
 }
 
 impl Truth {
     fn damaged_legs(&self) -> Vec<usize> {
-        (1..)
-            .zip(&self.morphology)
-            .filter(|(_, leg)| leg.contains(&0))
-            .map(|(number, _)| number)
-            .collect()
+        self.morphology.damaged_legs()
     }
 }
 

@@ -7,7 +7,7 @@ pub use report::ExplanationReport;
 
 use mlr_filter::OrientationSeries;
 use mlr_imu::{RawSeries, Recording};
-use mlr_model::{LegLayout, Morphology};
+use mlr_model::Morphology;
 use mlr_residual::{
     Progress,
     walk::{
@@ -122,8 +122,7 @@ pub fn explain(
         gait.clone(),
         identify_settings.simulation.clone(),
     );
-    let layout = robot.layout();
-    let suspects = suspects(&identification, &layout, identify_settings);
+    let suspects = suspects(&identification, identify_settings);
     let again = Again {
         recording: &recording.orientation,
         settings: identify_settings,
@@ -207,25 +206,17 @@ fn virtual_start_s(measured: &MeasuredWalk, gait: &mlr_model::Gait) -> Result<f6
 }
 
 /// The morphologies that the recording does not rule out, the likeliest first.
-fn suspects(
-    found: &Identification,
-    layout: &LegLayout,
-    settings: &IdentifySettings,
-) -> Vec<Suspect> {
+fn suspects(found: &Identification, settings: &IdentifySettings) -> Vec<Suspect> {
     let alternatives = found.alternatives.iter().map(|one| &one.morphology);
-    let rows = std::iter::once(&found.morphology)
+    let morphologies = std::iter::once(&found.morphology)
         .chain(alternatives)
         .chain(&found.indistinguishable);
     let mut suspects: Vec<Suspect> = Vec::new();
-    for rows in rows {
-        let existence: Vec<bool> = rows.iter().flatten().map(|link| *link != 0).collect();
-        let Ok(morphology) = Morphology::from_existence(layout, &existence) else {
-            continue;
-        };
-        if suspects.len() < SUSPECTS && !suspects.iter().any(|s| s.morphology == morphology) {
+    for morphology in morphologies {
+        if suspects.len() < SUSPECTS && !suspects.iter().any(|s| s.morphology == *morphology) {
             suspects.push(Suspect {
-                ln_prior: settings.prior.ln(&morphology),
-                morphology,
+                ln_prior: settings.prior.ln(morphology),
+                morphology: morphology.clone(),
             });
         }
     }
@@ -263,9 +254,8 @@ impl Again<'_> {
 
 impl MorphologySearch for Again<'_> {
     fn with_effects(&self, model: &WalkModel) -> Vec<Suspect> {
-        let layout = model.robot.layout();
         self.identify(model)
-            .map(|found| suspects(&found, &layout, self.settings))
+            .map(|found| suspects(&found, self.settings))
             .unwrap_or_default()
     }
 

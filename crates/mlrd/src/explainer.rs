@@ -146,6 +146,7 @@ pub(crate) mod tests {
 
     use mlr_filter::{Axes, OrientationSeries};
     use mlr_imu::quality::LogQuality;
+    use mlr_model::{Morphology, Robot};
 
     use super::*;
     use crate::Settings;
@@ -181,9 +182,10 @@ pub(crate) mod tests {
 
     /// The explanation of a walk about which nothing is unusual.
     pub(crate) fn nothing_unusual() -> WalkExplanation {
+        let healthy = Morphology::healthy(&Robot::jethexa().layout());
         WalkExplanation {
-            morphology_before: vec![vec![1; 3]; 6],
-            morphology: vec![vec![1; 3]; 6],
+            morphology_before: healthy.clone(),
+            morphology: healthy,
             damaged_legs: Vec::new(),
             effects: Vec::new(),
             unexplained: false,

@@ -118,14 +118,13 @@ fn table(report: &ExplanationReport) -> String {
     let found = &report.explanation;
     let mut table = output::Table::default();
     table.line("log", &report.log);
-    let spelled = |rows: &[Vec<u8>]| super::identify::spelled(rows);
     if found.morphology == found.morphology_before {
-        table.line("morphology", spelled(&found.morphology));
+        table.line("morphology", &found.morphology);
     } else {
-        table.line("morphology", spelled(&found.morphology_before));
+        table.line("morphology", &found.morphology_before);
         table.line(
             "",
-            format!("{}  with the effects in place", spelled(&found.morphology)),
+            format!("{}  with the effects in place", found.morphology),
         );
     }
     table.line("legs damaged", legs(&found.damaged_legs));

@@ -180,11 +180,7 @@ fn table(report: &IdentificationReport) -> String {
     let answer = &report.identification;
     let mut table = output::Table::default();
     table.line("log", &report.log);
-    let morphology = format!(
-        "{}  {}",
-        spelled(&answer.morphology),
-        percent(answer.probability)
-    );
+    let morphology = format!("{}  {}", answer.morphology, percent(answer.probability));
     if answer.implausible {
         let doubt = percent(answer.something_else_probability);
         table.line(
@@ -254,9 +250,7 @@ fn table(report: &IdentificationReport) -> String {
         answer.frequencies.iter().map(|frequency| {
             format!(
                 "{} × {}  cost {:.3}°",
-                frequency.count,
-                spelled(&frequency.morphology),
-                frequency.cost_deg
+                frequency.count, frequency.morphology, frequency.cost_deg
             )
         }),
     );
@@ -273,7 +267,7 @@ fn table(report: &IdentificationReport) -> String {
         answer.alternatives.iter().map(|alternative| {
             format!(
                 "{}  {}  F = {:.2} rad",
-                spelled(&alternative.morphology),
+                alternative.morphology,
                 percent(alternative.probability),
                 alternative.cost_rad
             )
@@ -292,12 +286,4 @@ fn percent(probability: f64) -> String {
         p if p < 100.0 && p > 99.5 => "> 99 %".into(),
         p => format!("{p:.0} %"),
     }
-}
-
-/// `111 110 …`.
-pub(super) fn spelled(rows: &[Vec<u8>]) -> String {
-    rows.iter()
-        .map(|leg| leg.iter().map(u8::to_string).collect::<String>())
-        .collect::<Vec<_>>()
-        .join(" ")
 }

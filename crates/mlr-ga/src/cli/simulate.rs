@@ -144,7 +144,7 @@ impl SimulateOptions {
             let report = json!({
                 "schema": SCHEMA,
                 "log": self.output,
-                "morphology": morphology.to_rows(),
+                "morphology": morphology,
                 "damaged_legs": morphology.damaged_legs(),
                 "samples": samples,
                 "motion_start_s": self.stand_s,

@@ -1,6 +1,6 @@
 use mlr_filter::Conditioned;
 use mlr_imu::quality::LogQuality;
-use mlr_model::{LostLinks, Variation};
+use mlr_model::{LostLinks, Morphology, Variation};
 use serde::Serialize;
 
 use crate::{comparison::Alignment, evaluation::CaseFit};
@@ -8,8 +8,8 @@ use crate::{comparison::Alignment, evaluation::CaseFit};
 /// The answer. Serialises to the fields of `mlr.identification/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identification {
-    /// The best morphology's existence numbers, leg by leg.
-    pub morphology: Vec<Vec<u8>>,
+    /// The best morphology.
+    pub morphology: Morphology,
     /// Numbers (from 1) of the legs that miss a link.
     pub damaged_legs: Vec<usize>,
     /// The damage in words.
@@ -38,7 +38,7 @@ pub struct Identification {
     pub alternatives: Vec<Alternative>,
     /// Morphologies that this recording cannot tell from the best: together with
     /// it, those that hold nearly all of the probability.
-    pub indistinguishable: Vec<Vec<Vec<u8>>>,
+    pub indistinguishable: Vec<Morphology>,
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
     /// Log time at which the compared stretch begins.
@@ -112,8 +112,8 @@ pub struct ComparedSignals {
 /// A morphology that explains the recording less well.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Alternative {
-    /// Existence numbers, leg by leg.
-    pub morphology: Vec<Vec<u8>>,
+    /// The morphology.
+    pub morphology: Morphology,
     /// Its F on the nominal model.
     pub cost_rad: f64,
     /// Its probability.
@@ -123,8 +123,8 @@ pub struct Alternative {
 /// How often repeated runs of the genetic algorithm gave a morphology.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Frequency {
-    /// Existence numbers, leg by leg.
-    pub morphology: Vec<Vec<u8>>,
+    /// The morphology.
+    pub morphology: Morphology,
     /// Its deciding cost.
     pub cost_deg: f64,
     /// Runs that ended with it.

@@ -112,7 +112,6 @@ pub fn identify(
         posterior,
     };
     Ok(Identification {
-        morphology: best.to_rows(),
         damaged_legs: best.damaged_legs(),
         description: best.describe(),
         implausible: belief.something_else > 0.5,
@@ -130,7 +129,7 @@ pub fn identify(
             .credible(settings.credible_share)
             .into_iter()
             .filter(|morphology| **morphology != best)
-            .map(Morphology::to_rows)
+            .cloned()
             .collect(),
         motion_start_s: measured
             .start()
@@ -144,6 +143,7 @@ pub fn identify(
         frequencies: found.frequencies,
         log_quality: measured.quality().clone(),
         warnings: measured.warnings().to_vec(),
+        morphology: best,
         signals: ComparedSignals {
             rate_hz: settings.filter.rate_hz,
             measured: measured.conditioned().clone(),
@@ -228,7 +228,7 @@ impl Found {
             by_frequency
                 .iter()
                 .map(|(count, outcome)| Frequency {
-                    morphology: outcome.best.to_rows(),
+                    morphology: outcome.best.clone(),
                     cost_deg: outcome.cost_deg,
                     count: *count,
                 })
@@ -274,7 +274,7 @@ fn alternatives(
             let fit = likeliest_fit(weighed, morphology)?;
             let (_, cost_rad) = paper_cost.of(morphology, fit.case.lost_links)?;
             Some(Alternative {
-                morphology: morphology.to_rows(),
+                morphology: morphology.clone(),
                 cost_rad,
                 probability: belief.of(morphology),
             })

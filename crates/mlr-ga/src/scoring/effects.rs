@@ -164,10 +164,6 @@ impl EffectsScore {
     pub fn new(truth: &EffectsTruth, found: &WalkExplanation, elapsed_s: f64) -> Self {
         let known = |kind: &str| kind == LOCKED || mlr_residual::walk_effects::find(kind).is_some();
         let in_library = truth.effects.iter().all(|effect| known(&effect.kind));
-        let legs = |rows: &[Vec<u8>]| -> Vec<usize> {
-            let damaged = rows.iter().enumerate().filter(|(_, leg)| leg.contains(&0));
-            damaged.map(|(leg, _)| leg + 1).collect()
-        };
         let true_legs = truth.log.morphology.damaged_legs();
         Self {
             log: truth.log.name.clone(),
@@ -182,9 +178,9 @@ impl EffectsScore {
             error_before: found.error_before,
             error_calibrated: found.error_calibrated,
             error_after: found.error_after,
-            legs_right_before: legs(&found.morphology_before) == true_legs,
+            legs_right_before: found.morphology_before.damaged_legs() == true_legs,
             legs_right: found.damaged_legs == true_legs,
-            links_right: found.morphology == truth.log.morphology.to_rows(),
+            links_right: found.morphology == truth.log.morphology,
             elapsed_s,
         }
     }
