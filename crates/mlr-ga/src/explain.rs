@@ -18,7 +18,8 @@ use mlr_residual::{
 use thiserror::Error;
 
 use crate::{
-    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Model, Search, identify,
+    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Model, Search,
+    WalkStart, identify,
 };
 
 /// Why a recording has no explanation.
@@ -126,7 +127,10 @@ pub fn explain(
     let again = Again {
         recording: &recording.orientation,
         settings: identify_settings,
-        walk_start_s: measured.start().start_s,
+        walk_start: match identify_settings.walk_start {
+            WalkStart::FoundInRecording => WalkStart::ObservedAtS(measured.start().start_s),
+            known => known,
+        },
         seed,
     };
     let explanation = explain_walk(&record, &nominal, &suspects, &again, tracing, progress)?;
@@ -154,7 +158,7 @@ fn record(
         WalkRecord::new(
             recording,
             start_s,
-            settings.motion_start_s.is_some(),
+            settings.walk_start.is_commanded(),
             measured.window().start_s,
             rest_rate_dps,
         )
@@ -227,7 +231,7 @@ fn suspects(found: &Identification, settings: &IdentifySettings) -> Vec<Suspect>
 struct Again<'a> {
     recording: &'a OrientationSeries,
     settings: &'a IdentifySettings,
-    walk_start_s: f64,
+    walk_start: WalkStart,
     seed: u64,
 }
 
@@ -239,7 +243,7 @@ impl Again<'_> {
         let settings = IdentifySettings {
             variations: self.settings.variations.iter().take(1).copied().collect(),
             simulation: model.simulation.clone(),
-            motion_start_s: Some(self.walk_start_s),
+            walk_start: self.walk_start,
             ..self.settings.clone()
         };
         let model = Model {

@@ -59,7 +59,7 @@ pub use explain::{ExplainError, ExplainSettings, Explained, ExplanationReport, e
 pub use identify::{
     Alternative, Begins, BestFit, ComparedSignals, Frequency, GaitPhase, Identification,
     IdentificationReport, IdentifySettings, MeasuredWalk, Model, Search, SearchMethod, Stretch,
-    identify,
+    WalkStart, identify,
 };
 pub use objective::{Fit, LossHypothesis, WalkObjective};
 pub use paper_cost::PaperCost;

@@ -1,7 +1,7 @@
 //! Every number that a configuration can hold is checked, and refused by its name.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use mlr_ga::{Configuration, ConfigurationError, IdentifySettings};
+use mlr_ga::{Configuration, ConfigurationError, IdentifySettings, WalkStart};
 use mlr_model::{Fault, Payload, Robot, Roughness};
 use proptest::prelude::*;
 use toml::Value;
@@ -9,7 +9,7 @@ use toml::Value;
 /// Settings that name everything that may be left out.
 fn complete() -> Configuration {
     let mut settings = IdentifySettings {
-        motion_start_s: Some(2.0),
+        walk_start: WalkStart::CommandedAtS(2.0),
         from_s: Some(3.0),
         ..IdentifySettings::default()
     };
@@ -109,7 +109,7 @@ const MAY_BE_NEGATIVE: &[&str] = &[
     "mounting.accelerometer_bias_mps2",
     // One entry of it: the matrix must stay near the identity.
     "mounting.accelerometer_scale",
-    "identification.motion_start_s",
+    "identification.walk_start",
     "identification.from_s",
     "identification.variations[0].payload_at",
     "identification.variations[1].payload_at",
@@ -252,6 +252,23 @@ fn lists_that_must_not_be_empty_are_named() {
         let error = read_with(&path, Value::Array(Vec::new())).unwrap_err();
         assert!(names(&error, &path), "{error}");
     }
+}
+
+#[test]
+fn every_way_to_know_the_start_of_the_walk_is_checked() {
+    for key in ["commanded_at_s", "observed_at_s"] {
+        let read = |time: &str| {
+            let text = format!("[identification]\nwalk_start = {{ {key} = {time} }}");
+            Configuration::from_toml(&text)
+        };
+        read("-2.5").unwrap();
+        let message = read("nan").unwrap_err().to_string();
+        let start = format!("line 2: identification.walk_start.{key}: NaN");
+        assert!(message.starts_with(&start), "{message}");
+    }
+    let misspelt = Configuration::from_toml("walk_start = { comanded_at_s = 2.0 }");
+    let message = misspelt.unwrap_err().to_string();
+    assert!(message.contains("commanded_at_s"), "{message}");
 }
 
 #[test]

@@ -13,7 +13,6 @@ use std::{
 };
 
 use anyhow::Context;
-use mlr_ga::ExplainError;
 use nalgebra::Vector3;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
@@ -342,8 +341,6 @@ impl Service {
                 return self.warn("explanation: the sensor had a fault during this walk");
             }
             Ok(report) => report,
-            // Of the start that the monitor saw, the recording shows too little.
-            Err(ExplainError::NoStart) => return,
             Err(error) => return self.warn(&format!("explanation: {error}")),
         };
         let better = sensor_correction::known_better(corrected, &report.explanation);

@@ -85,7 +85,7 @@ impl Worker {
         let begin = Instant::now();
         let known = &self.known;
         let settings = IdentifySettings {
-            motion_start_s: request.motion_start_s,
+            walk_start: request.walk_start,
             from_s: Some(request.from_s),
             ..known.identification.clone()
         };

@@ -4,7 +4,8 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, explain,
+    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, WalkStart,
+    explain,
 };
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
@@ -60,9 +61,11 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         mounting,
         ..
     } = model_files::configuration(options.config.as_deref())?;
-    settings.motion_start_s = options.start_s.or(settings.motion_start_s);
+    if let Some(start_s) = options.start_s {
+        settings.walk_start = WalkStart::CommandedAtS(start_s);
+    }
     let checked = settings.check();
-    checked.map_err(|error| error.as_option(&[("motion_start_s", "--start-s")]))?;
+    checked.map_err(|error| error.as_option(&[("walk_start.commanded_at_s", "--start-s")]))?;
     let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or(tracing);
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;

@@ -118,7 +118,7 @@ impl MeasuredWalk {
         require_usable(&quality, &recording)?;
         warnings.extend(quality.warnings());
         let recording = recording.orientation;
-        let start = match settings.motion_start_s {
+        let start = match settings.walk_start.time_s() {
             Some(start_s) => MotionStart {
                 start_s,
                 stood_before: true,

@@ -7,12 +7,14 @@ mod measured_walk;
 mod model_walks;
 mod report;
 mod settings;
+mod walk_start;
 
 pub use answer::{Alternative, BestFit, ComparedSignals, Frequency, Identification};
 pub use gait_phase::{Begins, GaitPhase};
 pub use measured_walk::{MeasuredWalk, Stretch};
 pub use report::{IdentificationReport, SearchMethod};
 pub use settings::IdentifySettings;
+pub use walk_start::WalkStart;
 
 use std::collections::BTreeMap;
 

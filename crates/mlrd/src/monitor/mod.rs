@@ -12,6 +12,7 @@ pub use request::Request;
 use mlr_filter::{
     Assessment, Axes, DamageDetector, DetectorSettings, MotionSettings, MotionStart, SettingError,
 };
+use mlr_ga::WalkStart;
 
 use self::{
     explainable_walk::ExplainableWalk,
@@ -287,7 +288,9 @@ impl Monitor {
                     actions.push(Action::Identify(Request {
                         number,
                         recording,
-                        motion_start_s: self.motion_start_s,
+                        walk_start: self
+                            .motion_start_s
+                            .map_or(WalkStart::FoundInRecording, WalkStart::ObservedAtS),
                         from_s: since_s,
                     }));
                 }
