@@ -10,7 +10,7 @@ use mlr_ga::{
 };
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, Recording, read_log};
-use mlr_model::{Gait, Morphology, Robot};
+use mlr_model::Morphology;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -53,13 +53,7 @@ fn identified(recording: &Recording, models: Models) -> Identification {
     if models == Models::Nominal {
         settings.variations.truncate(1);
     }
-    let (robot, gait) = (Robot::jethexa(), Gait::tripod());
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: None,
-    };
-    identify(recording, model, &settings, search, 1, &()).unwrap()
+    identify(recording, Model::jethexa(), &settings, search, 1, &()).unwrap()
 }
 
 /// The paper's detection figure: the damage of `detect-legs3-4` strikes at 19 s.

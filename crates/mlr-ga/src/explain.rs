@@ -246,11 +246,7 @@ impl Again<'_> {
             walk_start: self.walk_start,
             ..self.settings.clone()
         };
-        let model = Model {
-            robot: &robot,
-            gait: &model.gait,
-            atlas: None,
-        };
+        let model = Model::new(&robot, &model.gait);
         let search = Search::Genetic { repeats: 1 };
         identify(&corrected.into(), model, &settings, search, self.seed, &()).ok()
     }

@@ -19,15 +19,14 @@ pub use walk_start::WalkStart;
 use std::collections::BTreeMap;
 
 use mlr_imu::{Recording, quality::LogQuality};
-use mlr_model::{Gait, Morphology, Robot};
+use mlr_model::{Morphology, Robot};
 
 use rayon::prelude::*;
 
 use model_walks::ModelWalks;
 
 use crate::{
-    AnswerError, Evaluations, Progress, WalkObjective,
-    atlas::Atlas,
+    AnswerError, Evaluations, Model, Progress, WalkObjective,
     belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
     exact, genetic, mean_error_deg,
@@ -47,18 +46,6 @@ pub enum Search {
     Exact,
     /// Every feasible morphology, as the atlas has it.
     Atlas,
-}
-
-/// What is known of the robot before it is damaged.
-#[derive(Debug, Clone, Copy)]
-pub struct Model<'a> {
-    /// The robot in full health.
-    pub robot: &'a Robot,
-    /// The gait that it walks.
-    pub gait: &'a Gait,
-    /// Its walks, if they were simulated beforehand: then nothing is simulated but
-    /// what the report shows.
-    pub atlas: Option<&'a Atlas>,
 }
 
 /// How many alternatives are reported.
