@@ -161,7 +161,7 @@ impl SimulateOptions {
     }
 
     fn settings(&self) -> Result<SimulationSettings, SettingError> {
-        // The only two that are told in another unit than the setting has.
+        // The only two options in another unit than the setting.
         let steepest_deg = Terrain::STEEPEST_DEG;
         SettingError::check("--slope-deg", self.slope_deg, 0.0..=steepest_deg, "degrees")?;
         SettingError::check("--uphill-deg", self.uphill_deg, -360.0..=360.0, "degrees")?;

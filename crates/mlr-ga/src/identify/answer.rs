@@ -41,7 +41,7 @@ pub struct Identification {
     pub indistinguishable: Vec<Morphology>,
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
-    /// Log time at which the compared stretch begins.
+    /// Log time at which the compared stretch starts.
     pub window_start_s: f64,
     /// Length of the compared stretch.
     pub window_s: f64,
@@ -55,19 +55,19 @@ pub struct Identification {
     /// The results of repeated runs, most frequent first. Empty for a single
     /// run.
     pub frequencies: Vec<Frequency>,
-    /// What the recording says about itself.
+    /// Quality of the recording.
     pub log_quality: LogQuality,
-    /// What a person should know about the recording.
+    /// Warnings for people.
     pub warnings: Vec<String>,
-    /// What was compared.
+    /// The compared signals.
     #[serde(skip)]
     pub signals: ComparedSignals,
 }
 
-/// The model and the alignment under which the best morphology is likeliest.
+/// The model and the alignment with the greatest likelihood of the best morphology.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BestFit {
-    /// What the lost links are taken to be.
+    /// Whether the lost links are absent or locked.
     pub lost_links: LostLinks,
     /// Clock and delay of the robot.
     #[serde(flatten)]
@@ -75,8 +75,7 @@ pub struct BestFit {
     /// The variation of the model.
     #[serde(flatten)]
     pub variation: Variation,
-    /// Root mean square of what is left of roll, pitch and yaw without their means
-    /// and trends.
+    /// Root mean square of the residual of roll, pitch and yaw, without means and trends.
     pub error_deg: [f64; 3],
     /// Root mean square of measured roll, pitch and yaw without their means and trends.
     pub motion_deg: [f64; 3],
