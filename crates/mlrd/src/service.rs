@@ -18,6 +18,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::{
     Options, Settings,
+    attitude::Attitude,
     event::{Kind, Status},
     explainer::{Explained, Explainer},
     monitor::{Action, Monitor},
@@ -25,7 +26,7 @@ use crate::{
     recorder::{Recorder, RecordingNotice},
     robot_model::RobotModel,
     saved_state::{KnownMorphology, SavedState, StateFile},
-    sensor::{Attitude, Heard, Reading, Sensor},
+    sensor::{Heard, Reading, Sensor},
     sensor_correction,
     sensor_fault::FaultChange,
     source::{self, Pulse, Source, SourceMessage},

@@ -20,7 +20,7 @@ use self::{
     recent::{PAUSE_S, Recent},
     swings::{RecentSwings, differs},
 };
-use crate::{event::Kind, sensor::Attitude};
+use crate::{attitude::Attitude, event::Kind};
 
 /// Watches a stream of orientations.
 ///
