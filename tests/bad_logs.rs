@@ -10,7 +10,6 @@ use flate2::bufread::GzDecoder;
 use mlr_ga::{AnswerError, DetectionSettings, IdentifySettings, Model, detect, identify};
 use mlr_golden_tests::{data, shaft_sensor_columns};
 use mlr_imu::{Columns, LogLimits, LogTable, Mounting, Recording};
-use mlr_model::{Gait, Robot};
 use rayon::prelude::*;
 
 /// More than this is confident.
@@ -298,16 +297,10 @@ fn recording_as(rows: &[Row], columns: &[usize], read_as: &Columns) -> Recording
 
 /// What became of one log: the confidence of an answer, or why there is none.
 fn identified(recording: &Recording) -> Result<f64, AnswerError> {
-    let (robot, gait) = (Robot::jethexa(), Gait::tripod());
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: None,
-    };
     let mut settings = IdentifySettings::default();
     // The nominal model is enough to be confident, and takes half the time.
     settings.variations.truncate(1);
-    identify(recording, model, &settings, &()).map(|answer| answer.legs_probability)
+    identify(recording, Model::jethexa(), &settings, &()).map(|answer| answer.legs_probability)
 }
 
 /// The message without what differs from log to log.
@@ -382,7 +375,7 @@ fn no_fault_gets_a_confident_answer() {
     }
     let carried = ["roll.csv.gz", "yaw.csv.gz"].map(|file| {
         let columns = shaft_sensor_columns();
-        mlr_imu::read_log(&data(&format!("real/mpu6050-encoder/{file}")), &columns).unwrap()
+        mlr_imu::read_log(data(&format!("real/mpu6050-encoder/{file}")), &columns).unwrap()
     });
     table += &row(
         "a real MPU6050 that is turned to and fro, `data/real`",

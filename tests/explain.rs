@@ -7,7 +7,6 @@
 use mlr_ga::{ExplainSettings, IdentifySettings, Model, explain};
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, read_log};
-use mlr_model::{Gait, Robot};
 use mlr_residual::walk::{Reported, TracingSettings, WalkExplanation};
 
 /// The explanation of a log, and the truth about it.
@@ -15,12 +14,6 @@ fn explained(name: &str) -> (WalkExplanation, serde_json::Value) {
     let log = data(&format!("logs/stand-in/{name}.csv.gz"));
     let recording = read_log(&log, &Columns::default()).unwrap();
     assert!(recording.raw_beside_angles().is_some());
-    let (robot, gait) = (Robot::jethexa(), Gait::tripod());
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: None,
-    };
     let mut identify = IdentifySettings::default();
     identify.variations.truncate(1);
     let how = ExplainSettings {
@@ -30,7 +23,7 @@ fn explained(name: &str) -> (WalkExplanation, serde_json::Value) {
             ..TracingSettings::default()
         },
     };
-    let found = explain(&recording, model, how, &()).unwrap();
+    let found = explain(&recording, Model::jethexa(), how, &()).unwrap();
     let text = std::fs::read_to_string(data("logs/stand-in/truth.json")).unwrap();
     let mut truth: serde_json::Value = serde_json::from_str(&text).unwrap();
     (found.explanation, truth[name].take())

@@ -7,7 +7,7 @@ use mlr_imu::{Columns, read_log};
 
 /// Everything from the log file to the reconstructed signal.
 fn agrees_with_scipy(log: &str, start_s: f64, duration_s: f64, golden: &str) {
-    let recording = read_log(&data(log), &Columns::default())
+    let recording = read_log(data(log), &Columns::default())
         .unwrap()
         .orientation;
     let window = Window {

@@ -5,27 +5,21 @@
 use std::{collections::BTreeMap, fs};
 
 use mlr_filter::OrientationSeries;
-use mlr_ga::{
-    DetectionSettings, Identification, IdentifySettings, Model, detect, identify,
-};
+use mlr_ga::{DetectionSettings, Identification, IdentifySettings, Model, detect, identify};
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, Recording, read_log};
-use mlr_model::{Gait, Robot};
+use mlr_model::Morphology;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
 struct Truth {
-    morphology: Vec<Vec<u8>>,
+    morphology: Morphology,
     motion_start_s: f64,
 }
 
 impl Truth {
     fn damaged_legs(&self) -> Vec<usize> {
-        (1..)
-            .zip(&self.morphology)
-            .filter(|(_, leg)| leg.contains(&0))
-            .map(|(number, _)| number)
-            .collect()
+        self.morphology.damaged_legs()
     }
 }
 
@@ -56,13 +50,7 @@ fn identified(recording: &Recording, models: Models) -> Identification {
     if models == Models::Nominal {
         settings.variations.truncate(1);
     }
-    let (robot, gait) = (Robot::jethexa(), Gait::tripod());
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: None,
-    };
-    identify(recording, model, &settings, &()).unwrap()
+    identify(recording, Model::jethexa(), &settings, &()).unwrap()
 }
 
 /// The paper's detection figure: the damage of `detect-legs3-4` strikes at 19 s.

@@ -187,7 +187,7 @@ impl DamageDetector {
     }
 
     /// Adds a sample. Time must not run backwards; a sample that does is
-    /// ignored. After a pause longer than the window the detector begins anew.
+    /// ignored. After a pause longer than the window the detector is reset.
     ///
     /// # Errors
     /// [`SampledTooSlowly`] when a full window has too few samples.

@@ -1,19 +1,29 @@
-//! Makes measured and simulated body orientation comparable.
+//! Signal processing for body orientation: roll, pitch and yaw over time.
 //!
-//! A recording of a cheap IMU and a simulation of the same motion differ in
-//! sampling, noise, drift and delay long before they differ in what the robot
-//! did. This crate removes what does not matter:
+//! The crate knows signals and their settings, no robots and no files. The other crates
+//! share its types:
 //!
-//! 1. [`increasing_times`] finds the samples whose time stamps are duplicated or
-//!    run backwards, for [`OrientationSeries::picked`] to leave out.
-//! 2. [`MotionStart`] finds where the robot started to walk.
-//! 3. [`Window::cut`] brings a stretch of the recording onto an even time grid,
-//!    starting from common initial conditions.
-//! 4. [`FourierFilter`] keeps the motion's own frequencies (Algorithm 2 of the
-//!    paper) and reconstructs the signal on one common time vector.
+//! | what | items |
+//! |:--|:--|
+//! | roll, pitch and yaw over time | [`OrientationSeries`], [`Axes`], [`Axis`], [`unwrapped_rad`] |
+//! | repair of time stamps | [`increasing_times`], [`TimeStampFaults`] |
+//! | start of the walk | [`MotionStart`], [`MotionSettings`] |
+//! | resampling of a stretch to an even rate | [`Window`], [`EvenSamples`], [`SamplingLimits`] |
+//! | spectra; the FFT filter (Algorithm 2 of the paper) | [`Spectrum`], [`PowerSpectrum`], [`FourierFilter`], [`FilterSettings`], [`Conditioned`] |
+//! | moving means | [`MovingMean`] |
+//! | damage detection in a sliding window | [`DamageDetector`], [`DetectorSettings`], [`Assessment`] |
+//! | a setting outside its range, with its name and line | [`SettingError`] |
 //!
-//! [`DamageDetector`] watches roll and pitch while the robot walks and notices
-//! when it has been damaged.
+//! A recording of a low-cost IMU and a simulation of the same motion differ in sampling,
+//! noise, drift and delay. Four steps make them comparable:
+//!
+//! 1. [`increasing_times`] finds the samples whose time stamps are duplicated or out of
+//!    order; [`OrientationSeries::picked`] drops them.
+//! 2. [`MotionStart`] finds when the robot started to walk.
+//! 3. [`Window::cut`] resamples a stretch of the recording to an even rate, relative to
+//!    its first sample.
+//! 4. [`FourierFilter`] keeps the dominant frequencies and reconstructs the signal on one
+//!    common time vector.
 //!
 //! ```
 //! use mlr_filter::{Axes, FilterSettings, FourierFilter, OrientationSeries, Window};

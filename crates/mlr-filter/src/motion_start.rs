@@ -68,7 +68,7 @@ pub struct MotionStart {
     /// Estimated log time at which the gait started.
     pub start_s: f64,
     /// Whether the recording shows the robot standing before that. If not, it
-    /// begins in the middle of a walk and `start_s` is its first sample.
+    /// starts in mid-walk and `start_s` is its first sample.
     pub stood_before: bool,
 }
 
@@ -85,12 +85,12 @@ pub struct NoMotion {
 }
 
 impl MotionStart {
-    /// Finds the first moment from which on the body keeps moving. Time stamps
+    /// Finds the first lasting motion of the body. Time stamps
     /// must increase.
     ///
-    /// The mechanism is the paper's sliding window, with a window short enough
-    /// to see the first twitch of a body that healthy legs keep within a degree. What a
-    /// biased gyroscope adds while the robot stands is no motion.
+    /// The method is the paper's sliding window, with a window short enough for the first
+    /// motion of a healthy robot, whose angles stay within a degree. The drift of a biased
+    /// gyroscope while the robot stands is removed first.
     ///
     /// # Errors
     /// [`NoMotion`] when there is none.
@@ -151,7 +151,7 @@ fn fluctuation_deg(times_s: &[f64], angles_deg: &Axes<Vec<f64>>, window_s: f64) 
 
 /// Standard deviation of the sample-to-sample noise on a smooth signal: the
 /// median absolute second difference, scaled for white Gaussian noise. Motion
-/// barely changes its speed from one sample to the next, so it does not count.
+/// contributes little: its rate changes slowly from one sample to the next.
 fn noise_deviation(samples: &[f64]) -> f64 {
     /// Median of |x| for a standard normal x.
     const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
@@ -168,7 +168,7 @@ fn noise_deviation(samples: &[f64]) -> f64 {
     *median / MEDIAN_OF_NORMAL / 6.0_f64.sqrt()
 }
 
-/// Index of the first sample above the threshold that begins a confirmed motion.
+/// Index of the first sample of a confirmed motion above the threshold.
 fn first_sustained(
     times_s: &[f64],
     fluctuation_deg: &[f64],

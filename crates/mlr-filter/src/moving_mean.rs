@@ -1,12 +1,11 @@
-//! Orientation at any moment, smoothed.
+//! Moving means of orientation.
 
 use crate::{Axes, OrientationSeries};
 
-/// Means of roll, pitch and yaw over short intervals around any moment: a low
-/// pass that knows nothing beyond its interval, so that it rings at no edge and
-/// its window may begin and end anywhere, between samples too.
+/// Means of roll, pitch and yaw over a short interval around any time: a finite low pass
+/// without ringing at the edges. The interval may start and end between samples.
 ///
-/// Between samples the angles are taken to run straight. Means over an interval of
+/// Between samples the angles are interpolated linearly. Means over an interval of
 /// width w pass half the power at 0.44 / w.
 ///
 /// ```
@@ -44,7 +43,7 @@ impl<'a> MovingMean<'a> {
     }
 
     /// The mean over `half_width_s` to both sides of `time_s`, of what the series
-    /// covers of it. Beyond the ends of the series its last values go on.
+    /// covers of it. Beyond its ends the series is held constant.
     pub fn around(&self, time_s: f64, half_width_s: f64) -> Axes<f64> {
         let times_s = self.series.times_s();
         let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else {

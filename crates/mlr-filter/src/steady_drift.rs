@@ -1,15 +1,15 @@
-//! Angles without what a biased gyroscope adds to them.
+//! Removal of the drift that a biased gyroscope causes.
 
 use crate::{Axes, OrientationSeries};
 
-/// An angle that is straight for so long drifts rather than moves.
+/// An angle that is a straight line for this long drifts; it does not move.
 const STRAIGHT_S: f64 = 0.5;
-/// How often the rate of the drift is taken anew: a sensor's own filter bends it.
+/// Time between two estimates of the drift rate, which a sensor's own filter changes slowly.
 const RENEWED_S: f64 = 0.1;
 
-/// The angles of a recording in degrees, without the steady drift that they had when they
-/// last were straight, to within `tolerance_deg` (RMS): that of a standing robot with a
-/// biased gyroscope, and of the same robot when it walks.
+/// The angles of a recording in degrees without their drift. Its rate is estimated wherever
+/// an angle is a straight line to within `tolerance_deg` (RMS), as on a standing robot with a
+/// biased gyroscope, and is held while the robot walks.
 pub(crate) fn without_steady_drift_deg(
     recording: &OrientationSeries,
     tolerance_deg: f64,
@@ -32,7 +32,7 @@ fn without_drift(times_s: &[f64], mut angles_deg: Vec<f64>, tolerance_deg: f64) 
     let mut renew_s = first_s;
     for (index, &time_s) in times_s.iter().enumerate() {
         if time_s >= renew_s {
-            // The first stretch is looked at ahead of time: nothing is known before it.
+            // The first estimate looks ahead: there is none before it.
             let end_s = time_s.max(first_s + STRAIGHT_S);
             let line_from = |begin_s: f64, end_s: f64| {
                 let begin = times_s.partition_point(|t| *t < begin_s);
@@ -41,7 +41,7 @@ fn without_drift(times_s: &[f64], mut angles_deg: Vec<f64>, tolerance_deg: f64) 
                 (line.error < tolerance_deg).then_some(line.slope)
             };
             let straight = line_from(end_s - STRAIGHT_S, end_s);
-            // A filter that has only just been started bends a drift most.
+            // The drift rate changes most while the sensor's filter converges.
             let middle_s = end_s - STRAIGHT_S / 2.0;
             let in_halves = || {
                 let first = line_from(end_s - STRAIGHT_S, middle_s)?;
@@ -62,7 +62,7 @@ fn without_drift(times_s: &[f64], mut angles_deg: Vec<f64>, tolerance_deg: f64) 
 /// A straight line fitted to values over time.
 struct Line {
     slope: f64,
-    /// Root mean square of what it leaves.
+    /// Root mean square of the residual.
     error: f64,
 }
 

@@ -18,10 +18,10 @@ impl TimeStampFaults {
     }
 }
 
-/// Indices of the longest run of samples whose time stamps strictly increase, and why the
-/// others go.
+/// Indices of the longest subsequence of samples whose time stamps strictly increase, and
+/// why the others are dropped.
 ///
-/// Taking the longest such run rather than every sample later than all before
+/// Taking the longest such subsequence rather than every sample later than all before
 /// means that one stamp far in the future costs one sample, not the rest of the
 /// recording.
 pub fn increasing_times(times_s: &[f64]) -> (Vec<usize>, TimeStampFaults) {

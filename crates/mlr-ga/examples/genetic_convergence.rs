@@ -140,7 +140,9 @@ fn main() -> anyhow::Result<()> {
             }
         }
     }
-    println!("| settings | up to 2 legs: optimum found | evaluations | 3 legs and more | evaluations |");
+    println!(
+        "| settings | up to 2 legs: optimum found | evaluations | 3 legs and more | evaluations |"
+    );
     println!("|:--|--:|--:|--:|--:|");
     for ((name, _), hits) in variants.iter().zip(&hits) {
         let cells: Vec<String> = hits

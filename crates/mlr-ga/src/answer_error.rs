@@ -25,7 +25,7 @@ pub enum AnswerError {
         /// The first bad one, counted from 1.
         first: usize,
     },
-    /// The recording itself shows that it says nothing about the robot.
+    /// A defect makes the recording useless.
     #[error("{0}")]
     Unusable(Box<Finding>),
     /// The sensor is slower than the time stamps.
@@ -49,7 +49,7 @@ pub enum AnswerError {
         /// Morphologies simulated.
         simulated: usize,
     },
-    /// The search wants an atlas and there is none.
+    /// The search needs an atlas and there is none.
     #[error("no atlas to search; `mlr-ga atlas build` makes one")]
     NoAtlas,
     /// The paper's method does not search an atlas.

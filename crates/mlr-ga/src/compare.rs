@@ -12,7 +12,6 @@ use crate::{
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// The morphology.
-    #[serde(serialize_with = "as_rows")]
     pub morphology: Morphology,
     /// What its lost links are taken to be: whatever gives the least F.
     pub lost_links: LostLinks,
@@ -25,10 +24,6 @@ pub struct Comparison {
     /// What was compared.
     #[serde(skip)]
     pub signals: ComparedSignals,
-}
-
-fn as_rows<S: serde::Serializer>(morphology: &Morphology, to: S) -> Result<S::Ok, S::Error> {
-    morphology.to_rows().serialize(to)
 }
 
 /// Compares the walk of one `morphology` with a recording, by the paper's F.

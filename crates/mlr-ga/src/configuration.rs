@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use crate::{IdentifySettings, Method};
 
-/// What both the command line and the daemon can be told, each part a section of the file.
+/// The settings that the command line and the daemon share, each part a section of the file.
 ///
 /// ```
 /// use mlr_ga::Configuration;
@@ -115,12 +115,9 @@ impl Configuration {
 }
 
 /// The settings that a file names, over the preset of the method.
-fn over_preset(
-    method: Method,
-    named: toml::Value,
-) -> Result<IdentifySettings, ConfigurationError> {
-    let mut settings = toml::Value::try_from(IdentifySettings::of(method))
-        .expect("settings have a form in TOML");
+fn over_preset(method: Method, named: toml::Value) -> Result<IdentifySettings, ConfigurationError> {
+    let mut settings =
+        toml::Value::try_from(IdentifySettings::of(method)).expect("settings have a form in TOML");
     lay_over(&mut settings, named);
     let settings: IdentifySettings = settings.try_into()?;
     Ok(IdentifySettings { method, ..settings })
@@ -159,7 +156,7 @@ pub fn checked_toml<S: DeserializeOwned>(
 /// The largest seed: larger whole numbers do not survive JSON.
 pub const LARGEST_SEED: u64 = (1 << 53) - 1;
 
-/// Threads that a program may be told to use, at most: four for each core.
+/// Upper bound of a program's option for threads: four for each core.
 pub fn most_threads() -> usize {
     4 * thread::available_parallelism().map_or(1, |cores| cores.get())
 }

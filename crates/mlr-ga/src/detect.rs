@@ -1,14 +1,15 @@
 //! When the robot started to walk, and when it was damaged.
 
 use mlr_filter::{
-    Assessment, DamageDetector, DetectorSettings, MotionSettings, MotionStart, OrientationSeries, SettingError,
+    Assessment, DamageDetector, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
+    SettingError,
 };
 use mlr_imu::{Recording, quality::LogQuality};
 use serde::Serialize;
 
 use crate::{AnswerError, IdentifySettings, recording::repair_time_stamps};
 
-/// Everything about a detection that can be chosen.
+/// All settings of a detection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectionSettings {
     /// Largest share of samples that may be lost to bad time stamps.
@@ -26,7 +27,7 @@ impl Default for DetectionSettings {
 }
 
 impl From<&IdentifySettings> for DetectionSettings {
-    /// The settings with which an identification looks for damage.
+    /// The settings with which an identification detects damage.
     fn from(settings: &IdentifySettings) -> Self {
         Self {
             max_dropped_share: settings.max_dropped_share,
@@ -49,7 +50,7 @@ impl DetectionSettings {
         detector.map_err(|error| error.under("detector"))
     }
 
-    /// Walking that it takes to flag damage.
+    /// Least duration of walking in which damage can be flagged.
     fn needed_s(&self) -> f64 {
         self.detector.window_s + self.detector.persistence_s
     }
@@ -68,9 +69,9 @@ pub struct Detection {
     pub max_fluctuation_deg: f64,
     /// Fluctuation that a healthy robot stays below.
     pub threshold_deg: f64,
-    /// What the recording says about itself.
+    /// Quality of the recording.
     pub log_quality: LogQuality,
-    /// What a person should know about the recording.
+    /// Warnings for people.
     pub warnings: Vec<String>,
     /// What the detector made of each position of its window.
     #[serde(skip)]
@@ -80,9 +81,9 @@ pub struct Detection {
 /// Runs the damage detector over a recording.
 ///
 /// # Errors
-/// [`AnswerError`] when the time stamps do not run forward, when the recording
-/// is sampled too slowly for the detector's window, when it shows no damage and
-/// too little walking to tell, or when a setting makes no sense.
+/// [`AnswerError`] when the time stamps do not increase, when the recording is sampled
+/// too slowly for the detector's window, when damage is not flagged and the walk is too
+/// short to exclude it, or when a setting makes no sense.
 pub fn detect(
     recording: &Recording,
     settings: &DetectionSettings,
@@ -94,7 +95,7 @@ pub fn detect(
     let orientation = &recording.orientation;
     let start = MotionStart::find(orientation, &settings.motion);
     let detection = detect_in(orientation, settings.detector)?;
-    // What comes after the flag changes nothing, and what comes before the walk is no walk.
+    // Only the walk up to the flag decides.
     let from_s = start.map_or(f64::NEG_INFINITY, |start| start.start_s);
     let to_s = detection.damage_s.unwrap_or(f64::INFINITY);
     if let Some(finding) = log_quality.spoilt_within(from_s..to_s) {
@@ -120,7 +121,7 @@ pub fn detect(
     })
 }
 
-/// The part of a detection that is the detector's, on time stamps that increase.
+/// The detector's part of a detection, on increasing time stamps.
 pub(crate) fn detect_in(
     recording: &OrientationSeries,
     settings: DetectorSettings,

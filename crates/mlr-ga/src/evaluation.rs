@@ -1,4 +1,4 @@
-//! What has been learnt about which morphology.
+//! Evaluations of candidate morphologies, and a cache of their results.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub struct Evaluation {
     pub cost_deg: f64,
     /// How well each case fits that was simulated to the end.
     pub fits: Vec<CaseFit>,
-    /// Whether it was given up as too costly.
+    /// Whether it was abandoned as too costly.
     pub abandoned: bool,
     /// Simulations that diverged.
     pub diverged: usize,
@@ -35,23 +35,23 @@ pub struct CaseFit {
     pub case: Case,
     /// Sample of the simulated walk with which the measured one begins.
     pub begin: usize,
-    /// What is left.
+    /// The misfit.
     pub misfit: Misfit,
     /// Logarithm of the likelihood, up to a constant.
     pub ln_likelihood: f64,
 }
 
-/// Is told how far a search has come.
+/// Receives the progress of a search.
 pub trait Progress: Sync {
-    /// At most this many candidates are going to be evaluated in all.
+    /// At most this many candidates will be evaluated in all.
     fn expect(&self, candidates: usize);
-    /// So many more than expected before.
+    /// This many more than expected before.
     fn expect_more(&self, candidates: usize);
     /// One more candidate has been evaluated.
     fn advance(&self);
 }
 
-/// Tells nobody.
+/// Reports nothing.
 impl Progress for () {
     fn expect(&self, _candidates: usize) {}
     fn expect_more(&self, _candidates: usize) {}
@@ -81,7 +81,7 @@ impl<'a> Evaluations<'a> {
         self.evaluate_within(candidates, f64::INFINITY);
     }
 
-    /// The same, but gives up those that cost more than `limit_deg`.
+    /// The same, but abandons those that cost more than `limit_deg`.
     pub fn evaluate_within(&mut self, candidates: &[Morphology], limit_deg: f64) {
         let mut new: Vec<&Morphology> = candidates
             .iter()

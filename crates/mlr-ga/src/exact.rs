@@ -1,21 +1,20 @@
-//! Exact search: every feasible morphology, the yardstick for the genetic
+//! Exact search: every feasible morphology, the reference for the genetic
 //! algorithm.
 
 use mlr_model::{LegLayout, Morphology};
 
 use crate::Evaluations;
 
-/// Candidates evaluated between two looks at the best cost so far, and at the clock
-/// of the progress display; also bounds the memory for candidates of robots with
-/// very many morphologies. Fixed, so that the same candidates are given up whatever
-/// the number of threads.
+/// Candidates evaluated between two updates of the best cost and of the progress
+/// display; also bounds the memory for robots with very many morphologies. Fixed, so
+/// that the same candidates are abandoned whatever the number of threads.
 const BATCH: usize = 256;
-/// Candidates with up to so many damaged legs are evaluated first: they are the
-/// likeliest, and a good candidate found early lets others be given up.
+/// Candidates with up to this many damaged legs are evaluated first: they are the
+/// most probable, and a low cost found early lets others be abandoned.
 const FEW_LEGS: usize = 2;
 
-/// Evaluates every feasible morphology of `layout`. Candidates that turn out to cost
-/// more than `margin` times the best so far may be given up.
+/// Evaluates every feasible morphology of `layout`. Candidates whose cost exceeds
+/// `margin` times the lowest so far may be abandoned.
 pub fn search(layout: &LegLayout, margin: f64, evaluations: &mut Evaluations<'_>) {
     let count = layout.count().and_then(|count| usize::try_from(count).ok());
     evaluations.progress().expect(count.unwrap_or(usize::MAX));

@@ -1,4 +1,4 @@
-//! From a recording to what the model of its robot lacks.
+//! From a recording to the effects that the model of its robot lacks.
 
 mod reckoning;
 mod report;
@@ -7,7 +7,7 @@ pub use report::ExplanationReport;
 
 use mlr_filter::OrientationSeries;
 use mlr_imu::{RawSeries, Recording};
-use mlr_model::{LegLayout, Morphology};
+use mlr_model::Morphology;
 use mlr_residual::{
     Progress,
     walk::{
@@ -18,19 +18,20 @@ use mlr_residual::{
 use thiserror::Error;
 
 use crate::{
-    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model, Search, identify,
+    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model, Search,
+    WalkStart, identify,
 };
 
 /// Why a recording has no explanation.
 #[derive(Debug, Error)]
 pub enum ExplainError {
-    /// The robot could not be identified in the first place.
+    /// The robot could not be identified.
     #[error(transparent)]
     Answer(#[from] AnswerError),
-    /// Its walk could not be traced.
+    /// The search for effects failed.
     #[error(transparent)]
     Walk(#[from] WalkError),
-    /// The walk began before the recording: its phase would have to be guessed.
+    /// The walk started before the recording: the phase of the gait is unknown.
     #[error("the log does not show the start of the walk, expected the robot to stand first")]
     NoStart,
     /// Effects are weighed against morphologies by their probabilities.
@@ -50,7 +51,7 @@ impl ExplainError {
     }
 }
 
-/// An explanation, and the identification that it began with.
+/// An explanation, and the identification without effects that it starts from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explained {
     /// The robot as identified without any effect.
@@ -68,17 +69,18 @@ pub struct ExplainSettings<'a> {
     pub tracing: &'a TracingSettings,
 }
 
-/// Morphologies that are weighed against the one identified.
+/// Candidate morphologies compared with the one identified, at most.
 const SUSPECTS: usize = 16;
-/// A robot was damaged already if its damaged legs are told with this probability.
+/// The robot was damaged from the start if its set of damaged legs has more than this
+/// probability there.
 const SURE: f64 = 0.9;
-/// A robot is at rest until so long before its walk is seen to start.
+/// Time before the detected start of the walk that is not counted as standing.
 const MARGIN_S: f64 = 0.1;
-/// Standing longer ago than this before the walk tells nothing of the sensor now.
+/// Longest time before the start of the walk whose rest the sensor's offsets are taken from.
 const REST_S: f64 = 8.0;
 
-/// Identifies the robot, traces what the model leaves of its walk to effects that the
-/// model lacks, and identifies it again with each of them in place.
+/// Identifies the robot, attributes the residual of its walk to effects that the model
+/// lacks, and identifies it again with each of them in the model.
 ///
 /// # Errors
 /// [`ExplainError`].
@@ -101,7 +103,7 @@ pub fn explain(
         from_s: Some(measured.start().start_s),
         ..identify_settings.clone()
     };
-    // Who says from where on to compare means it.
+    // A stretch that the settings name is used as it is.
     let was_damaged_before = identify_settings.from_s.is_none()
         && was_damaged_before(recording, &measured, model, &from_the_start);
     let identify_settings = if was_damaged_before {
@@ -116,19 +118,21 @@ pub fn explain(
         gait,
         identify_settings,
     )?;
-    // A recording that cannot be explained need not be searched first.
+    // The record comes first: a recording without one needs no search.
     let identification = identify(recording, model, identify_settings, progress)?;
     let nominal = WalkModel::nominal(
         robot.clone(),
         gait.clone(),
         identify_settings.simulation.clone(),
     );
-    let layout = robot.layout();
-    let suspects = suspects(&identification, &layout, identify_settings);
+    let suspects = suspects(&identification, identify_settings);
     let again = Again {
         recording: &recording.orientation,
         settings: identify_settings,
-        walk_start_s: measured.start().start_s,
+        walk_start: match identify_settings.walk_start {
+            WalkStart::FoundInRecording => WalkStart::ObservedAtS(measured.start().start_s),
+            known => known,
+        },
     };
     let explanation = explain_walk(&record, &nominal, &suspects, &again, tracing, progress)?;
     Ok(Explained {
@@ -137,8 +141,8 @@ pub fn explain(
     })
 }
 
-/// The walk to be explained: as integrated from the raw rates where they are known, the log
-/// shows the robot standing, and they turn as the recording does; else as recorded.
+/// The walk to be explained: dead-reckoned from the raw rates where these are known, the log
+/// shows the robot standing, and both agree; else as recorded.
 fn record(
     measured: &MeasuredWalk,
     raw: Option<&RawSeries>,
@@ -155,7 +159,7 @@ fn record(
         WalkRecord::new(
             recording,
             start_s,
-            settings.motion_start_s.is_some(),
+            settings.walk_start.is_commanded(),
             measured.window().start_s,
             rest_rate_dps,
         )
@@ -170,8 +174,8 @@ fn record(
     })
 }
 
-/// Whether the robot was damaged all along where the swing of its walk changed later, as if
-/// damage had struck then. `from_the_start` are the settings that look at the whole walk.
+/// Whether a robot whose swing changes in mid-walk was damaged before that. `from_the_start`
+/// are the settings that compare from the start of the walk.
 fn was_damaged_before(
     recording: &Recording,
     measured: &MeasuredWalk,
@@ -189,9 +193,9 @@ fn was_damaged_before(
         .is_ok_and(|found| !found.damaged_legs.is_empty() && found.legs_probability > SURE)
 }
 
-/// When the walk of a robot that was damaged from the beginning would have started: with
-/// the walk, or, where damage struck in mid-walk, so that it has found its steady gait
-/// when the compared stretch begins.
+/// Log time at which the simulated walk starts: with the measured walk, or, where damage
+/// struck in mid-walk, so early that the simulation has reached its steady gait at the start
+/// of the compared stretch.
 fn virtual_start_s(measured: &MeasuredWalk, gait: &mlr_model::Gait) -> Result<f64, ExplainError> {
     match measured.phase() {
         GaitPhase::Start => Ok(measured.start().start_s),
@@ -204,26 +208,18 @@ fn virtual_start_s(measured: &MeasuredWalk, gait: &mlr_model::Gait) -> Result<f6
     }
 }
 
-/// The morphologies that the recording does not rule out, the likeliest first.
-fn suspects(
-    found: &Identification,
-    layout: &LegLayout,
-    settings: &IdentifySettings,
-) -> Vec<Suspect> {
+/// The candidate morphologies for the explanation, the most probable first.
+fn suspects(found: &Identification, settings: &IdentifySettings) -> Vec<Suspect> {
     let alternatives = found.alternatives.iter().map(|one| &one.morphology);
-    let rows = std::iter::once(&found.morphology)
+    let morphologies = std::iter::once(&found.morphology)
         .chain(alternatives)
         .chain(&found.indistinguishable);
     let mut suspects: Vec<Suspect> = Vec::new();
-    for rows in rows {
-        let existence: Vec<bool> = rows.iter().flatten().map(|link| *link != 0).collect();
-        let Ok(morphology) = Morphology::from_existence(layout, &existence) else {
-            continue;
-        };
-        if suspects.len() < SUSPECTS && !suspects.iter().any(|s| s.morphology == morphology) {
+    for morphology in morphologies {
+        if suspects.len() < SUSPECTS && !suspects.iter().any(|s| s.morphology == *morphology) {
             suspects.push(Suspect {
-                ln_prior: settings.prior.ln(&morphology),
-                morphology,
+                ln_prior: settings.prior.ln(morphology),
+                morphology: morphology.clone(),
             });
         }
     }
@@ -234,35 +230,30 @@ fn suspects(
 struct Again<'a> {
     recording: &'a OrientationSeries,
     settings: &'a IdentifySettings,
-    walk_start_s: f64,
+    walk_start: WalkStart,
 }
 
 impl Again<'_> {
-    /// The model is as it should be, so that no variations of it are tried.
+    /// Variations are left out: the model is calibrated already.
     fn identify(&self, model: &WalkModel) -> Option<Identification> {
         let robot = model.robot.clone().with_servo(model.servo).ok()?;
         let corrected = model.sensing.correct(self.recording);
         let settings = IdentifySettings {
             variations: self.settings.variations.iter().take(1).copied().collect(),
             simulation: model.simulation.clone(),
-            motion_start_s: Some(self.walk_start_s),
+            walk_start: self.walk_start,
             search: Some(Search::Ga),
             ..self.settings.clone()
         };
-        let model = Model {
-            robot: &robot,
-            gait: &model.gait,
-            atlas: None,
-        };
+        let model = Model::new(&robot, &model.gait);
         identify(&corrected.into(), model, &settings, &()).ok()
     }
 }
 
 impl MorphologySearch for Again<'_> {
     fn with_effects(&self, model: &WalkModel) -> Vec<Suspect> {
-        let layout = model.robot.layout();
         self.identify(model)
-            .map(|found| suspects(&found, &layout, self.settings))
+            .map(|found| suspects(&found, self.settings))
             .unwrap_or_default()
     }
 

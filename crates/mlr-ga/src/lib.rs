@@ -23,15 +23,14 @@
 //! let truth = Morphology::parse_legs_lost("2", &robot.layout())?;
 //! let settings = SimulationSettings { stand_s: 1.0, duration_s: 4.0, ..Default::default() };
 //! let Outcome::Walked(walk) =
-//!     Simulator::new(robot.clone(), &Gait::tripod(), settings)?.simulate(&truth)
+//!     Simulator::new(robot, &Gait::tripod(), settings)?.simulate(&truth)
 //! else {
 //!     panic!("the simulation diverged");
 //! };
 //!
 //! let mut settings = IdentifySettings { window_s: 2.0, ..Default::default() };
 //! settings.genetic.generations = 5;
-//! let model = Model { robot: &robot, gait: &Gait::tripod(), atlas: None };
-//! let answer = identify(&walk.orientation.into(), model, &settings, &())?;
+//! let answer = identify(&walk.orientation.into(), Model::jethexa(), &settings, &())?;
 //! assert!(answer.damaged_legs.contains(&2));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -49,6 +48,7 @@ pub mod exact;
 mod explain;
 pub mod genetic;
 mod identify;
+mod model;
 mod objective;
 mod paper_cost;
 mod recording;
@@ -66,7 +66,14 @@ pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use explain::{ExplainError, ExplainSettings, Explained, ExplanationReport, explain};
 pub use identify::{
     Alternative, Begins, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,
-    IdentificationReport, IdentifySettings, MeasuredWalk, Method, Model, Search, Stretch, identify,
+    IdentificationReport, IdentifySettings, MeasuredWalk, Method, Search, Stretch, WalkStart,
+    identify,
 };
+pub use model::Model;
 pub use objective::{Fit, LossHypothesis, WalkObjective};
 pub use paper_cost::PaperCost;
+
+// What every use of this crate needs of the others.
+pub use mlr_imu::{Columns, Recording, read_log};
+pub use mlr_model::{Gait, Morphology, Robot};
+pub use mlr_residual::walk::TracingSettings;

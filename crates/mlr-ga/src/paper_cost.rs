@@ -116,9 +116,11 @@ impl Objective for PaperCost {
     fn evaluate(&self, candidate: &Morphology, _limit_deg: f64) -> Evaluation {
         let least = self.least(candidate);
         Evaluation {
-            cost_deg: least.as_ref().map_or(f64::INFINITY, |(_, simulated, cost_rad)| {
-                mean_error_deg(*cost_rad, simulated.roll.len())
-            }),
+            cost_deg: least
+                .as_ref()
+                .map_or(f64::INFINITY, |(_, simulated, cost_rad)| {
+                    mean_error_deg(*cost_rad, simulated.roll.len())
+                }),
             fits: Vec::new(),
             abandoned: false,
             diverged: usize::from(least.is_none()),

@@ -1,4 +1,5 @@
 //! The atlas, through the program: a quadruped's, which is small.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;

@@ -1,5 +1,6 @@
 //! What a user gets for a log that is no log: a message that names the place,
 //! the exit status that other programs rely on, and nothing on stdout.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;

@@ -1,4 +1,5 @@
 //! `explain-sensor` through the program, on a real gyroscope beside a shaft encoder.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;

@@ -1,4 +1,5 @@
 //! Logs as other programs write them: each is read to the numbers of the plain one.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;

@@ -1,5 +1,5 @@
 //! Files that are made to harm: they end with a short message, in bounded memory.
-#![cfg(target_os = "linux")]
+#![cfg(all(feature = "cli", target_os = "linux"))]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;

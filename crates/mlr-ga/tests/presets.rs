@@ -47,7 +47,10 @@ fn documented() -> Vec<[String; 3]> {
         .filter(|line| line.starts_with("| `"))
         .map(|line| {
             let cells: Vec<&str> = line.split('|').map(str::trim).collect();
-            assert!(cells.len() == 6 && !cells[4].is_empty(), "no reason: {line}");
+            assert!(
+                cells.len() == 6 && !cells[4].is_empty(),
+                "no reason: {line}"
+            );
             [cells[1], cells[2], cells[3]].map(|cell| cell.trim_matches('`').to_string())
         })
         .collect()
@@ -55,7 +58,8 @@ fn documented() -> Vec<[String; 3]> {
 
 #[test]
 fn every_difference_between_the_presets_is_documented_and_no_other() {
-    let [mlr, paper] = [Method::Mlr, Method::Paper].map(|method| values(&IdentifySettings::of(method)));
+    let [mlr, paper] =
+        [Method::Mlr, Method::Paper].map(|method| values(&IdentifySettings::of(method)));
     let mut differences: Vec<[String; 3]> = mlr
         .iter()
         .filter(|(key, value)| paper[*key] != **value)

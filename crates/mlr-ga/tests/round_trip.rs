@@ -1,4 +1,5 @@
 //! Logs written by `simulate` and read by `identify`, through the program.
+#![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod program;

@@ -1,15 +1,19 @@
 //! Every number that a configuration can hold is checked, and refused by its name.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use mlr_ga::{Configuration, ConfigurationError, IdentifySettings};
+#[path = "../../mlr-model/tests/toml_numbers/mod.rs"]
+mod toml_numbers;
+
+use mlr_ga::{Configuration, ConfigurationError, IdentifySettings, WalkStart};
 use mlr_model::{Fault, Payload, Robot, Roughness};
 use proptest::prelude::*;
 use toml::Value;
+use toml_numbers::at;
 
 /// Settings that name everything that may be left out.
 fn complete() -> Configuration {
     let mut settings = IdentifySettings {
-        motion_start_s: Some(2.0),
+        walk_start: WalkStart::CommandedAtS(2.0),
         from_s: Some(3.0),
         ..IdentifySettings::default()
     };
@@ -109,7 +113,7 @@ const MAY_BE_NEGATIVE: &[&str] = &[
     "mounting.accelerometer_bias_mps2",
     // One entry of it: the matrix must stay near the identity.
     "mounting.accelerometer_scale",
-    "identification.motion_start_s",
+    "identification.walk_start",
     "identification.from_s",
     "identification.variations[0].payload_at",
     "identification.variations[1].payload_at",
@@ -127,33 +131,6 @@ const MAY_BE_ANY: &[&str] = &["identification.simulation.terrain.roughness.seed"
 
 fn is_among(keys: &[&str], path: &str) -> bool {
     keys.iter().any(|key| path.starts_with(key))
-}
-
-/// Paths of all numbers, as errors name them.
-fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
-    match value {
-        Value::Table(table) => {
-            for (key, value) in table {
-                let dot = if path.is_empty() { "" } else { "." };
-                numbers(value, &format!("{path}{dot}{key}"), found);
-            }
-        }
-        Value::Array(values) => {
-            for (index, value) in values.iter().enumerate() {
-                numbers(value, &format!("{path}[{index}]"), found);
-            }
-        }
-        Value::Float(_) | Value::Integer(_) => found.push(path.to_string()),
-        _ => {}
-    }
-}
-
-fn at<'a>(value: &'a mut Value, path: &str) -> &'a mut Value {
-    path.split(['.', '['])
-        .fold(value, |value, key| match key.strip_suffix(']') {
-            Some(index) => &mut value[index.parse::<usize>().unwrap()],
-            None => &mut value[key],
-        })
 }
 
 fn document() -> Value {
@@ -191,9 +168,8 @@ fn names(error: &ConfigurationError, path: &str) -> bool {
 
 #[test]
 fn the_complete_configuration_is_accepted() {
-    let mut paths = Vec::new();
     let mut document = document();
-    numbers(&document, "", &mut paths);
+    let paths = toml_numbers::paths(&document);
     assert!(paths.len() > 100, "{paths:?}");
     let first = at(&mut document, &paths[0]).clone();
     read_with(&paths[0], first).unwrap();
@@ -201,9 +177,8 @@ fn the_complete_configuration_is_accepted() {
 
 #[test]
 fn every_number_is_accepted_with_sense_or_refused_by_name() {
-    let mut paths = Vec::new();
     let mut document = document();
-    numbers(&document, "", &mut paths);
+    let paths = toml_numbers::paths(&document);
     for path in &paths {
         let is_whole = at(&mut document, path).is_integer();
         let whole = |number: i64| match is_whole {
@@ -238,8 +213,7 @@ fn every_number_is_accepted_with_sense_or_refused_by_name() {
 
 #[test]
 fn no_exception_is_listed_in_vain() {
-    let mut paths = Vec::new();
-    numbers(&document(), "", &mut paths);
+    let paths = toml_numbers::paths(&document());
     for key in MAY_BE_ZERO.iter().chain(MAY_BE_NEGATIVE).chain(MAY_BE_ANY) {
         assert!(paths.iter().any(|path| path.starts_with(key)), "{key}");
     }
@@ -252,6 +226,23 @@ fn lists_that_must_not_be_empty_are_named() {
         let error = read_with(&path, Value::Array(Vec::new())).unwrap_err();
         assert!(names(&error, &path), "{error}");
     }
+}
+
+#[test]
+fn every_way_to_know_the_start_of_the_walk_is_checked() {
+    for key in ["commanded_at_s", "observed_at_s"] {
+        let read = |time: &str| {
+            let text = format!("[identification]\nwalk_start = {{ {key} = {time} }}");
+            Configuration::from_toml(&text)
+        };
+        read("-2.5").unwrap();
+        let message = read("nan").unwrap_err().to_string();
+        let start = format!("line 2: identification.walk_start.{key}: NaN");
+        assert!(message.starts_with(&start), "{message}");
+    }
+    let misspelt = Configuration::from_toml("walk_start = { comanded_at_s = 2.0 }");
+    let message = misspelt.unwrap_err().to_string();
+    assert!(message.contains("commanded_at_s"), "{message}");
 }
 
 #[test]
@@ -287,8 +278,7 @@ proptest! {
         chosen in any::<prop::sample::Index>(),
         number in any::<f64>(),
     ) {
-        let mut paths = Vec::new();
-        numbers(&document(), "", &mut paths);
+        let paths = toml_numbers::paths(&document());
         let path = chosen.get(&paths);
         match read_with(path, Value::Float(number)) {
             Ok(()) => prop_assert!(number.is_finite()),

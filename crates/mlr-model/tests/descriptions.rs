@@ -1,35 +1,10 @@
 //! Every number of a robot and a gait is checked, and refused by its name.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod toml_numbers;
+
 use mlr_model::{Gait, ModelError, Robot};
 use toml::Value;
-
-/// Paths of all numbers of a file, as errors name them.
-fn numbers(value: &Value, path: &str, found: &mut Vec<String>) {
-    match value {
-        Value::Table(table) => {
-            for (key, value) in table {
-                let dot = if path.is_empty() { "" } else { "." };
-                numbers(value, &format!("{path}{dot}{key}"), found);
-            }
-        }
-        Value::Array(values) => {
-            for (index, value) in values.iter().enumerate() {
-                numbers(value, &format!("{path}[{index}]"), found);
-            }
-        }
-        Value::Float(_) | Value::Integer(_) => found.push(path.to_string()),
-        _ => {}
-    }
-}
-
-fn at<'a>(value: &'a mut Value, path: &str) -> &'a mut Value {
-    path.split(['.', '['])
-        .fold(value, |value, key| match key.strip_suffix(']') {
-            Some(index) => &mut value[index.parse::<usize>().unwrap()],
-            None => &mut value[key],
-        })
-}
 
 /// Sets each number of the file to this, and hands the path and what comes of it on.
 fn with_each_number(
@@ -39,12 +14,11 @@ fn with_each_number(
     mut judge: impl FnMut(&str, Result<(), ModelError>),
 ) {
     let good: Value = text.parse::<toml::Table>().unwrap().into();
-    let mut paths = Vec::new();
-    numbers(&good, "", &mut paths);
+    let paths = toml_numbers::paths(&good);
     assert!(!paths.is_empty());
     for path in paths {
         let mut bad = good.clone();
-        *at(&mut bad, &path) = Value::Float(number);
+        *toml_numbers::at(&mut bad, &path) = Value::Float(number);
         judge(&path, read(&toml::to_string(&bad).unwrap()));
     }
 }

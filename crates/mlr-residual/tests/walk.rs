@@ -154,7 +154,7 @@ fn a_leg_that_gives_way_is_told_from_a_lost_one() {
         ..TracingSettings::default()
     };
     let found = explain_walk(&record, &model, &[lost], &NoSearch, &settings, &()).unwrap();
-    assert_eq!(found.morphology, healthy.to_rows());
+    assert_eq!(found.morphology, healthy);
     let [effect] = &found.effects[..] else {
         panic!("{:?}", found.effects);
     };

@@ -107,9 +107,7 @@ impl Bench {
         let begin = Instant::now();
         let known = &self.known;
         let identify = IdentifySettings {
-            // A start that is named counts as commanded. This one was seen, in this same
-            // recording, and is found there again.
-            motion_start_s: None,
+            walk_start: request.walk_start,
             from_s: Some(request.from_s),
             ..known.identification.clone()
         };
@@ -143,7 +141,9 @@ pub(crate) mod tests {
     };
 
     use mlr_filter::{Axes, OrientationSeries};
+    use mlr_ga::WalkStart;
     use mlr_imu::quality::LogQuality;
+    use mlr_model::{Morphology, Robot};
 
     use super::*;
     use crate::Settings;
@@ -179,9 +179,10 @@ pub(crate) mod tests {
 
     /// The explanation of a walk about which nothing is unusual.
     pub(crate) fn nothing_unusual() -> WalkExplanation {
+        let healthy = Morphology::healthy(&Robot::jethexa().layout());
         WalkExplanation {
-            morphology_before: vec![vec![1; 3]; 6],
-            morphology: vec![vec![1; 3]; 6],
+            morphology_before: healthy.clone(),
+            morphology: healthy,
             damaged_legs: Vec::new(),
             effects: Vec::new(),
             unexplained: false,
@@ -263,7 +264,7 @@ pub(crate) mod tests {
         let request = Request {
             number: RequestNumber::default(),
             recording: OrientationSeries::new(times_s, Axes::from_fn(|_| still.clone())).unwrap(),
-            motion_start_s: Some(1.0),
+            walk_start: WalkStart::FoundInRecording,
             from_s: 2.0,
         };
         for scale in [1.0, 1.1] {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! [`source`] reads bytes on a thread of its own and survives whatever happens to the
-//! port; the main thread decodes, stamps, checks and fuses them ([`sensor`]) and drives
+//! port; the main thread decodes, stamps, checks and fuses them ([`sensor`], [`attitude`]) and drives
 //! the states of the [`monitor`]; a [`worker`] identifies, so that nothing ever
 //! delays reading. An [`explainer`] beside them, at the lowest priority, finds out what
 //! else is unusual about a damaged walk; what it finds of the sensor is corrected from
@@ -15,6 +15,7 @@
 //! While the sensor has a fault ([`sensor_fault`]) nothing is concluded about the robot.
 //! [`Settings`] is everything that can be chosen.
 
+pub mod attitude;
 pub mod event;
 pub mod explainer;
 pub mod line_health;

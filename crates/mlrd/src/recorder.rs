@@ -210,7 +210,7 @@ mod tests {
     use mlr_imu::{Columns, ImuSample, read_log};
 
     use super::*;
-    use crate::sensor::Attitude;
+    use crate::attitude::Attitude;
 
     fn reading(time_s: f64) -> Reading {
         Reading {

@@ -9,6 +9,7 @@ use std::{
 
 use mlr_ga::Identification;
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
+use mlr_model::Morphology;
 use mlr_residual::walk::Sensing;
 use serde::{Deserialize, Serialize};
 
@@ -38,8 +39,8 @@ enum Schema {
 pub struct KnownMorphology {
     /// When it was identified, RFC 3339.
     pub time: String,
-    /// Existence numbers, leg by leg.
-    pub morphology: Vec<Vec<u8>>,
+    /// What is left of the robot.
+    pub morphology: Morphology,
     /// Numbers of the legs that miss a link.
     pub damaged_legs: Vec<usize>,
     /// The damage in words.
@@ -129,13 +130,16 @@ impl StateFile {
 
 #[cfg(test)]
 mod tests {
+    use mlr_model::Robot;
+
     use super::*;
 
     fn known() -> SavedState {
         SavedState {
             last_known: Some(KnownMorphology {
                 time: "2026-01-01T00:00:00.000Z".into(),
-                morphology: vec![vec![1, 1, 0]; 6],
+                morphology: Morphology::parse(&"110".repeat(6), &Robot::jethexa().layout())
+                    .unwrap(),
                 damaged_legs: vec![1, 2, 3, 4, 5, 6],
                 description: "all".into(),
             }),

@@ -1,29 +1,19 @@
 //! From bytes to orientation over time.
 
-use mlr_filter::{Axes, unwrapped_rad};
 use mlr_imu::{
-    CALIBRATION_S, Fusion, ImuSample, Mounting, SampleClock,
+    ImuSample, Mounting, SampleClock,
     frames::{Counts, Decode, Mlr, Recognizer, Teapot, Witmotion},
 };
 use nalgebra::Vector3;
 
 use crate::{
     FramingName, Settings,
+    attitude::{Attitude, AttitudeEstimator},
     line_health::{LineFault, LineHealth},
     sample_rate::SampleRate,
     sensor_fault::{FaultChange, FaultWatch, Moment, SensorFault},
     spike_filter::SpikeFilter,
 };
-
-/// Roll, pitch and unwrapped yaw of the body at a time counted from the first
-/// sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Attitude {
-    /// Time since the first sample.
-    pub time_s: f64,
-    /// The angles in radians.
-    pub angles_rad: Axes<f64>,
-}
 
 /// What the sensor says at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,59 +49,10 @@ pub struct Sensor {
     rate: SampleRate,
     mounting: Mounting,
     faults: FaultWatch,
-    orientation: Orientation,
+    attitude: AttitudeEstimator,
     spikes: SpikeFilter,
-    bias: Bias,
     samples: Vec<ImuSample>,
 }
-
-/// The gyroscope's bias, in the body's axes.
-#[derive(Debug, Clone, Copy, Default)]
-struct Bias {
-    /// From an earlier run.
-    remembered_radps: Option<Vector3<f64>>,
-    /// From this run, with the sensor at rest, and when.
-    found: Option<(f64, Vector3<f64>)>,
-}
-
-impl Bias {
-    fn best_radps(&self) -> Vector3<f64> {
-        let found_radps = self.found.map(|(_, bias_radps)| bias_radps);
-        found_radps.or(self.remembered_radps).unwrap_or_default()
-    }
-}
-
-/// Orientation so far. The gyroscope's bias is taken while the robot stands,
-/// before fusion begins.
-enum Orientation {
-    Calibrating {
-        rates_radps: Vec<Vector3<f64>>,
-        begin_s: f64,
-    },
-    Fused {
-        fusion: Box<Fusion>,
-        last_s: f64,
-        yaw_offset_rad: f64,
-        last_yaw_rad: f64,
-    },
-    /// The device's own.
-    Given { last_yaw_rad: f64 },
-}
-
-impl Orientation {
-    /// Nothing is known.
-    fn unknown() -> Self {
-        Self::Calibrating {
-            rates_radps: Vec::new(),
-            begin_s: 0.0,
-        }
-    }
-}
-
-/// Step that fusion expects; each sample is taken with its own.
-const NOMINAL_STEP_S: f64 = 0.001;
-/// After a pause of this length the last orientation says nothing any more.
-const PAUSE_S: f64 = 1.0;
 
 impl Sensor {
     /// A sensor as the settings describe it, whose gyroscope showed this bias when
@@ -129,12 +70,8 @@ impl Sensor {
             rate: SampleRate::default(),
             mounting: settings.mounting,
             faults: FaultWatch::new(settings.full_scale, settings.mounting),
-            orientation: Orientation::unknown(),
+            attitude: AttitudeEstimator::new(bias_radps),
             spikes: SpikeFilter::default(),
-            bias: Bias {
-                remembered_radps: bias_radps,
-                found: None,
-            },
             samples: Vec::new(),
         }
     }
@@ -152,7 +89,7 @@ impl Sensor {
 
     /// Bias of the gyroscope, if the sensor was seen at rest and is in order.
     pub fn gyroscope_bias_radps(&self) -> Option<Vector3<f64>> {
-        let found_radps = self.bias.found.map(|(_, bias_radps)| bias_radps);
+        let found_radps = self.attitude.bias_radps();
         found_radps.filter(|_| self.fault().is_none())
     }
 
@@ -208,42 +145,22 @@ impl Sensor {
         let change = self.faults.take(moment, sample, &in_body_axes, walking);
         if let Some(change) = change {
             match &change {
-                FaultChange::Began(fault) => self.doubt_bias(fault.since_s),
+                FaultChange::Began(fault) => self.attitude.doubt_bias(fault.since_s),
                 FaultChange::Over { .. } => {
                     heard.extend(self.spikes.flush().map(Heard::Reading));
-                    self.orient_anew(time_s);
+                    self.attitude.restart(time_s);
                 }
             }
             heard.push(Heard::Fault(change));
         }
-        let attitude = self.attitude(time_s, &in_body_axes);
+        let faulty = self.faults.current().is_some();
+        let attitude = self.attitude.update(time_s, &in_body_axes, faulty);
         let reading = attitude.map(|attitude| Reading {
             attitude,
             sample: in_body_axes,
         });
         let passed = reading.and_then(|reading| self.spikes.push(reading));
         heard.extend(passed.map(Heard::Reading));
-    }
-
-    /// What a faulty sensor shows at rest is not its bias.
-    fn doubt_bias(&mut self, since_s: f64) {
-        self.bias.found = self.bias.found.filter(|(time_s, _)| *time_s <= since_s);
-    }
-
-    /// Whatever was fused of faulty samples is forgotten, except for yaw.
-    fn orient_anew(&mut self, time_s: f64) {
-        match self.orientation {
-            Orientation::Fused { last_yaw_rad, .. } if self.bias.found.is_some() => {
-                let yaw_rad = if last_yaw_rad.is_finite() {
-                    last_yaw_rad
-                } else {
-                    0.0
-                };
-                self.orientation = self.fusion_from(time_s, yaw_rad);
-            }
-            Orientation::Given { .. } => {}
-            _ => self.orientation = Orientation::unknown(),
-        }
     }
 
     /// The port was opened: nothing has been waiting on the way.
@@ -256,71 +173,6 @@ impl Sensor {
         self.counts_before = self.counts();
         self.decoder = decoder(self.framing, &self.settings);
         self.lost_before = 0;
-    }
-
-    fn attitude(&mut self, time_s: f64, sample: &ImuSample) -> Option<Attitude> {
-        if let Some(orientation) = sample.orientation {
-            let (roll, pitch, yaw) = orientation.euler_angles();
-            let yaw = match self.orientation {
-                Orientation::Given { last_yaw_rad } => unwrapped_rad(last_yaw_rad, yaw),
-                _ => yaw,
-            };
-            self.orientation = Orientation::Given { last_yaw_rad: yaw };
-            let angles_rad = Axes { roll, pitch, yaw };
-            return Some(Attitude { time_s, angles_rad });
-        }
-        let (acceleration, rate) = (sample.acceleration_mps2?, sample.angular_rate_radps?);
-        match &mut self.orientation {
-            Orientation::Calibrating {
-                rates_radps,
-                begin_s,
-            } => {
-                if rates_radps.is_empty() {
-                    *begin_s = time_s;
-                }
-                rates_radps.push(rate);
-                if time_s - *begin_s >= CALIBRATION_S {
-                    if self.faults.current().is_none() {
-                        let bias_radps = mlr_imu::rest_bias_radps(rates_radps);
-                        self.bias.found = bias_radps.map(|bias_radps| (time_s, bias_radps));
-                    }
-                    self.orientation = self.fusion_from(time_s, 0.0);
-                }
-                None
-            }
-            Orientation::Given { last_yaw_rad } => {
-                let yaw_rad = *last_yaw_rad;
-                self.orientation = self.fusion_from(time_s, yaw_rad);
-                None
-            }
-            Orientation::Fused {
-                fusion,
-                last_s,
-                yaw_offset_rad,
-                last_yaw_rad,
-            } => {
-                let pause_s = time_s - std::mem::replace(last_s, time_s);
-                if pause_s > PAUSE_S {
-                    let yaw_rad = *last_yaw_rad;
-                    self.orientation = self.fusion_from(time_s, yaw_rad);
-                    return None;
-                }
-                let mut angles_rad = fusion.update(time_s, &acceleration, &rate);
-                angles_rad.yaw += *yaw_offset_rad;
-                *last_yaw_rad = angles_rad.yaw;
-                Some(Attitude { time_s, angles_rad })
-            }
-        }
-    }
-
-    /// Fusion that begins now, with yaw where it was last seen.
-    fn fusion_from(&self, now_s: f64, yaw_rad: f64) -> Orientation {
-        Orientation::Fused {
-            fusion: Box::new(Fusion::new(NOMINAL_STEP_S, self.bias.best_radps())),
-            last_s: now_s,
-            yaw_offset_rad: yaw_rad,
-            last_yaw_rad: yaw_rad,
-        }
     }
 }
 

@@ -13,12 +13,12 @@ use std::{
 };
 
 use anyhow::Context;
-use mlr_ga::ExplainError;
 use nalgebra::Vector3;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::{
     Options, Settings,
+    attitude::Attitude,
     event::{Kind, Status},
     explainer::{Explained, Explainer},
     monitor::{Action, Monitor},
@@ -26,7 +26,7 @@ use crate::{
     recorder::{Recorder, RecordingNotice},
     robot_model::RobotModel,
     saved_state::{KnownMorphology, SavedState, StateFile},
-    sensor::{Attitude, Heard, Reading, Sensor},
+    sensor::{Heard, Reading, Sensor},
     sensor_correction,
     sensor_fault::FaultChange,
     source::{self, Pulse, Source, SourceMessage},
@@ -342,8 +342,6 @@ impl Service {
                 return self.warn("explanation: the sensor had a fault during this walk");
             }
             Ok(report) => report,
-            // Of the start that the monitor saw, the recording shows too little.
-            Err(ExplainError::NoStart) => return,
             Err(error) => return self.warn(&format!("explanation: {error}")),
         };
         let better = sensor_correction::known_better(corrected, &report.explanation);

@@ -303,7 +303,11 @@ mod tests {
 
     #[test]
     fn bounds_that_depend_on_each_other_or_the_machine_are_kept() {
-        let message = |text| Settings::checked_from_toml(text, None).unwrap_err().to_string();
+        let message = |text| {
+            Settings::checked_from_toml(text, None)
+                .unwrap_err()
+                .to_string()
+        };
         assert!(message("[record]\ntotal_mb = 1.0").starts_with("line 2: record.total_mb: 1"));
         assert!(message("i2c_rate_hz = 30.0").contains("45 to 1000 Hz"));
         assert!(message("threads = 100000").contains("on this machine"));

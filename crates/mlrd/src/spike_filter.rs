@@ -49,7 +49,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::sensor::Attitude;
+    use crate::attitude::Attitude;
 
     fn filtered(rolls_rad: &[f64]) -> Vec<f64> {
         let mut filter = SpikeFilter::default();

@@ -85,18 +85,13 @@ impl Worker {
         let begin = Instant::now();
         let known = &self.known;
         let settings = IdentifySettings {
-            motion_start_s: request.motion_start_s,
+            walk_start: request.walk_start,
             from_s: Some(request.from_s),
             ..known.identification.clone()
         };
-        let identification = self.pool.install(|| {
-            identify(
-                &request.recording.into(),
-                known.model(),
-                &settings,
-                &(),
-            )
-        })?;
+        let identification = self
+            .pool
+            .install(|| identify(&request.recording.into(), known.model(), &settings, &()))?;
         Ok(IdentificationReport::new(
             known.source.clone(),
             identification,

@@ -17,7 +17,7 @@ use crate::{
 /// What goes into an atlas.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtlasPlan {
-    /// Morphologies with at most so many damaged legs are walked under variations
+    /// Morphologies with at most this many damaged legs are simulated under variations
     /// of the model; all of them on the nominal one.
     pub few_legs: usize,
     /// How long each walks: the compared stretch, after a steady gait is reached and
@@ -49,7 +49,7 @@ pub fn build(
     progress: &dyn Progress,
 ) -> Result<u64, AtlasError> {
     let write = || {
-        // A file that cannot be written is better known before the work.
+        // Reserved first: a file that cannot be written is reported before the work.
         let file = NewFile::reserve(path)?;
         let (header, samples) = simulate_all(robot, gait, settings, plan, progress)?;
         file.write(|file| file::write(file, &header, &samples))
@@ -102,8 +102,8 @@ fn simulate_all(
     Ok((header, samples))
 }
 
-/// A walk in hundredths of a degree. Turns beyond what fits are cut off: no robot
-/// that turns so far is told from another by how much farther it turned.
+/// A walk in hundredths of a degree, saturated at the range of the type (±327°): beyond
+/// it, the yaw angle does not distinguish robots.
 fn counts(walked: &Walked, walk_samples: usize) -> Vec<i16> {
     let Walked::Whole(walk) = walked else {
         return vec![DIVERGED; AXES * walk_samples];

@@ -19,10 +19,10 @@ pub enum AtlasProblem {
     /// It cannot be read or written.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// It is something else.
+    /// It is no atlas.
     #[error("is no atlas")]
     NoAtlas,
-    /// It was written in another form.
+    /// It has another version of the format.
     #[error("has version {found} of the file format, expected {VERSION}; build it anew")]
     OtherFormat {
         /// The version found.
@@ -37,7 +37,7 @@ pub enum AtlasProblem {
     /// Bytes changed since it was written.
     #[error("its check sum is wrong, the file is damaged; build it anew")]
     Damaged,
-    /// It belongs to something else.
+    /// It was made for another robot, gait, settings or program.
     #[error("is stale: made for another {what} ({then}, now {now}); build it anew")]
     Stale {
         /// What has changed.
@@ -47,7 +47,7 @@ pub enum AtlasProblem {
         /// What is asked for.
         now: String,
     },
-    /// The physics engine walks otherwise than when the atlas was made.
+    /// The physics engine gives another walk than when the atlas was made.
     #[error("is stale: this program's simulation walks otherwise; build it anew")]
     OtherEngine,
     /// Robot, gait and settings do not fit together.
@@ -61,11 +61,11 @@ const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const CRC_LENGTH: usize = 8;
 /// Magic, version and length of the header.
 const SIZE_BEFORE_HEADER: usize = MAGIC.len() + 4 + 4;
-/// The most that is read of a header.
+/// Upper bound of a header's length.
 const MAX_HEADER_BYTES: u32 = 10_000_000;
-/// The longest walk that is read: an hour.
+/// Upper bound of a walk's length: an hour.
 const MAX_WALK_SAMPLES: usize = 100_000;
-/// Samples begin at a multiple of this.
+/// The offset of the samples is a multiple of this.
 const ALIGNMENT: usize = 64;
 /// What one count of a sample is worth.
 pub(super) const SAMPLE_DEG: f32 = 0.01;
@@ -162,7 +162,7 @@ impl Header {
         self.gait.check("gait", &now.gait)?;
         self.simulation
             .check("simulation setting", &now.simulation)?;
-        // Whoever wants fewer variations finds theirs at the front.
+        // Settings with fewer variations use the first ones.
         if !self.variations.starts_with(&now.variations) {
             return Err(AtlasProblem::Stale {
                 what: "list of variations",

@@ -1,4 +1,4 @@
-//! Walks that were simulated beforehand: what makes the answer instant.
+//! An atlas: walks simulated beforehand, for answers in a fraction of a second.
 
 mod build;
 mod file;
@@ -32,7 +32,7 @@ use file::{AtlasReader, Header, SAMPLE_DEG};
 pub struct Atlas {
     header: Header,
     samples: Vec<i16>,
-    /// Where the walks of a case begin, in walks.
+    /// Index of the first walk of each case.
     cases: BTreeMap<Case, Block>,
     /// Place of a morphology among all.
     places: BTreeMap<Morphology, usize>,

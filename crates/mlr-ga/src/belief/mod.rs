@@ -1,5 +1,5 @@
-//! How sure the answer is: priors over damage, what a log makes of them, and whether any
-//! morphology explains it at all.
+//! Probabilities of the answer: the prior over damage, the posterior given a log, and whether
+//! any morphology explains it.
 
 mod plausibility;
 mod posterior;

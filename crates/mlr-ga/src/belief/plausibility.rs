@@ -19,11 +19,10 @@ pub struct PlausibilitySettings {
     /// Probability that something else than damage to legs decides how a robot walks, before
     /// the log is seen.
     pub something_else: f64,
-    /// Probability of each leg to be damaged in that case: a robot that walks like nothing that
-    /// is known is damaged more often than any robot. The share of damaged legs on the 40 logs
+    /// Prior probability of damage to each leg in that case, higher than for any robot. The share of damaged legs on the 40 logs
     /// of seed 1 that were held for unexplained (`docs/decision.md`).
     pub leg_damaged: f64,
-    /// The least probability of that for a log whose sensor has a defect that may mislead.
+    /// The least probability of something else for a log whose sensor has a defect.
     pub defective_sensor: f64,
     /// Errors of the right morphology.
     pub usual: ErrorModel,
@@ -53,9 +52,9 @@ pub struct MeanErrorModel {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorModel {
-    /// n, the error of a robot that hardly moves.
+    /// n, the error in the limit of no motion.
     pub noise_deg: [f64; 3],
-    /// k, the error of one that moves a lot, as a share of its motion.
+    /// k, the error in the limit of large motion, as a share of the motion.
     pub motion_share: [f64; 3],
     /// Standard deviation of ln e where noise dominates.
     pub noise_spread: [f64; 3],

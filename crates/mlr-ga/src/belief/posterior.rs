@@ -110,13 +110,13 @@ impl Posterior {
     }
 }
 
-/// What is believed of a robot: a posterior over morphologies, unless something else decides
-/// how it walks; then the log says nothing about legs, and what is known of such robots stands.
+/// Mixture of a posterior over morphologies and, for the case that something else than damage
+/// decides how the robot walks, a prior: the log then gives no evidence about legs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Belief {
-    /// If one of the morphologies is right.
+    /// The posterior if one of the morphologies is right.
     pub posterior: Posterior,
-    /// What is known of robots whose walk no morphology explains.
+    /// The prior of robots whose walk no morphology explains.
     pub unexplained: DamagePrior,
     /// Probability that something else decides how the robot walks.
     pub something_else: f64,

@@ -2,8 +2,7 @@ use mlr_filter::SettingError;
 use mlr_model::Morphology;
 use serde::{Deserialize, Serialize};
 
-/// What is thought of damage before a log is seen: legs are lost independently,
-/// and few at a time.
+/// The prior over damage: legs are lost independently, and few at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DamagePrior {

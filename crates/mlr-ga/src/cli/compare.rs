@@ -123,7 +123,8 @@ fn csv(signals: &ComparedSignals) -> String {
         "t_s,measured_roll_deg,measured_pitch_deg,measured_yaw_deg,\
          simulated_roll_deg,simulated_pitch_deg,simulated_yaw_deg\n",
     );
-    let axes = |angles: &Axes<Vec<f64>>| angles.as_ref().map(|_, angles| angles.clone()).into_array();
+    let axes =
+        |angles: &Axes<Vec<f64>>| angles.as_ref().map(|_, angles| angles.clone()).into_array();
     let columns = [axes(&signals.measured), axes(&signals.simulated)].concat();
     for row in 0..signals.measured.roll.len() {
         text += &format!("{:.4}", row as f64 / signals.rate_hz);

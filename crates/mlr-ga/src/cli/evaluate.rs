@@ -8,7 +8,6 @@ use mlr_ga::{
     scoring::{LogScore, TotalScore, Truth, read_truths},
 };
 use mlr_imu::{Columns, Recording, read_log};
-use mlr_model::LegLayout;
 use serde::Serialize;
 
 use super::{
@@ -117,7 +116,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         directories: reports,
         total: TotalScore::new(&all, unanswered, &gait),
     };
-    options.of.print(&report, |report| report.tables(&layout))
+    options.of.print(&report, Report::tables)
 }
 
 fn score(
@@ -137,10 +136,10 @@ fn score(
 
 impl Report {
     /// Markdown: reads well as it is, and in a document.
-    fn tables(&self, layout: &LegLayout) -> String {
+    fn tables(&self) -> String {
         let mut text = String::new();
         for report in &self.directories {
-            text += &report.table(layout);
+            text += &report.table();
         }
         if self.directories.len() > 1 {
             text += "All directories:\n\n";
@@ -150,14 +149,14 @@ impl Report {
 }
 
 impl DirectoryReport {
-    fn table(&self, layout: &LegLayout) -> String {
+    fn table(&self) -> String {
         let mut text = format!(
             "{}\n\n| log | truth | answer | legs | links | sure | listed | time [s] |\n\
              |:--|:--|:--|:--|:--|--:|--:|--:|\n",
             self.directory.display()
         );
         for score in &self.scored.logs {
-            let [truth, answer] = score.in_words(layout);
+            let [truth, answer] = score.in_words();
             text += &format!(
                 "| {} | {truth} | {answer} | {} | {} | {:.0} % | {} | {:.1} |\n",
                 score.log,

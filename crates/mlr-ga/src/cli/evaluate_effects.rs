@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    ExplainSettings, IdentifySettings, Model, explain,
+    ExplainSettings, IdentifySettings, Model, WalkStart, explain,
     scoring::{
         EffectsScore, EffectsTotal, EffectsTruth, KindsVerdict, Visibility, in_words,
         read_effects_truths,
@@ -72,7 +72,10 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
     let bar = Bar::of_logs(truths.len());
     let score = |truth: &EffectsTruth| {
         let identify = IdentifySettings {
-            motion_start_s: truth.motion_start_s.filter(|_| options.start_told),
+            walk_start: match truth.motion_start_s {
+                Some(start_s) if options.start_told => WalkStart::CommandedAtS(start_s),
+                _ => WalkStart::FoundInRecording,
+            },
             ..identify.clone()
         };
         let how = ExplainSettings {

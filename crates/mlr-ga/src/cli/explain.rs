@@ -4,7 +4,8 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, Search, explain,
+    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, Search,
+    WalkStart, explain,
 };
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
@@ -62,9 +63,11 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     } = model_files::configuration(options.config.as_deref(), None)?;
     settings.search = options.search.map(Search::from).or(settings.search);
     settings.seed = options.seed;
-    settings.motion_start_s = options.start_s.or(settings.motion_start_s);
+    if let Some(start_s) = options.start_s {
+        settings.walk_start = WalkStart::CommandedAtS(start_s);
+    }
     let checked = settings.check();
-    checked.map_err(|error| error.as_option(&[("motion_start_s", "--start-s")]))?;
+    checked.map_err(|error| error.as_option(&[("walk_start.commanded_at_s", "--start-s")]))?;
     let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or(tracing);
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
@@ -114,14 +117,13 @@ fn table(report: &ExplanationReport) -> String {
     let found = &report.explanation;
     let mut table = output::Table::default();
     table.line("log", &report.log);
-    let spelled = |rows: &[Vec<u8>]| super::identify::spelled(rows);
     if found.morphology == found.morphology_before {
-        table.line("morphology", spelled(&found.morphology));
+        table.line("morphology", &found.morphology);
     } else {
-        table.line("morphology", spelled(&found.morphology_before));
+        table.line("morphology", &found.morphology_before);
         table.line(
             "",
-            format!("{}  with the effects in place", spelled(&found.morphology)),
+            format!("{}  with the effects in place", found.morphology),
         );
     }
     table.line("legs damaged", legs(&found.damaged_legs));

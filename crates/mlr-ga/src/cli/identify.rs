@@ -171,11 +171,7 @@ fn table(report: &IdentificationReport) -> String {
     let answer = &report.identification;
     let mut table = output::Table::default();
     table.line("log", &report.log);
-    let morphology = format!(
-        "{}  {}",
-        spelled(&answer.morphology),
-        percent(answer.probability)
-    );
+    let morphology = format!("{}  {}", answer.morphology, percent(answer.probability));
     if answer.implausible {
         let doubt = percent(answer.something_else_probability.unwrap_or_default());
         table.line(
@@ -213,7 +209,10 @@ fn table(report: &IdentificationReport) -> String {
         );
     }
     if answer.method == Method::Paper {
-        table.line("method", "the paper's: least F; percentages are shares of its runs");
+        table.line(
+            "method",
+            "the paper's: least F; percentages are shares of its runs",
+        );
     }
     match answer.motion_start_s {
         Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
@@ -247,9 +246,7 @@ fn table(report: &IdentificationReport) -> String {
         answer.frequencies.iter().map(|frequency| {
             format!(
                 "{} × {}  cost {:.3}°",
-                frequency.count,
-                spelled(&frequency.morphology),
-                frequency.cost_deg
+                frequency.count, frequency.morphology, frequency.cost_deg
             )
         }),
     );
@@ -266,7 +263,7 @@ fn table(report: &IdentificationReport) -> String {
         answer.alternatives.iter().map(|alternative| {
             format!(
                 "{}  {}  F = {:.2} rad",
-                spelled(&alternative.morphology),
+                alternative.morphology,
                 percent(alternative.probability),
                 alternative.cost_rad
             )
@@ -285,12 +282,4 @@ fn percent(probability: f64) -> String {
         p if p < 100.0 && p > 99.5 => "> 99 %".into(),
         p => format!("{p:.0} %"),
     }
-}
-
-/// `111 110 …`.
-pub(super) fn spelled(rows: &[Vec<u8>]) -> String {
-    rows.iter()
-        .map(|leg| leg.iter().map(u8::to_string).collect::<String>())
-        .collect::<Vec<_>>()
-        .join(" ")
 }

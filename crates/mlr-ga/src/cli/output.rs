@@ -75,7 +75,7 @@ pub(super) const STDOUT: &str = "-";
 /// left behind, where the signal that comes with it would end the program at once.
 #[cfg(unix)]
 pub(super) fn outlive_file_size_limits() -> io::Result<()> {
-    // Nobody asks the flag: that the signal is handled is enough.
+    // The flag is never read: that the signal is handled is enough.
     let unread = std::sync::Arc::default();
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, unread)?;
     Ok(())

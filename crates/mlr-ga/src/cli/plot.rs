@@ -52,7 +52,12 @@ pub(super) fn signals(
         ];
         (axis, curves)
     });
-    picture(&title, "time since the start of the walk [s]", &rows, |_, _| Ok(()))
+    picture(
+        &title,
+        "time since the start of the walk [s]",
+        &rows,
+        |_, _| Ok(()),
+    )
 }
 
 /// Roll, pitch and yaw, and the fluctuation that the detector saw, with its threshold and flag.
@@ -90,7 +95,9 @@ pub(super) fn detection(
         name: "threshold",
         color: SIMULATED,
         points: ends_s.map_or_else(Vec::new, |(first, last)| {
-            [first.0, last.0].map(|t| (t, detection.threshold_deg)).into()
+            [first.0, last.0]
+                .map(|t| (t, detection.threshold_deg))
+                .into()
         }),
     };
     let rows = [
@@ -111,13 +118,18 @@ pub(super) fn detection(
     .into_iter()
     .flatten()
     .collect();
-    picture(&title, "time of the log [s]", &rows, |chart, (low, high)| {
-        for (time_s, color) in &marks {
-            let line = [(*time_s, low), (*time_s, high)];
-            chart.draw_series(LineSeries::new(line, color.stroke_width(2)))?;
-        }
-        Ok(())
-    })
+    picture(
+        &title,
+        "time of the log [s]",
+        &rows,
+        |chart, (low, high)| {
+            for (time_s, color) in &marks {
+                let line = [(*time_s, low), (*time_s, high)];
+                chart.draw_series(LineSeries::new(line, color.stroke_width(2)))?;
+            }
+            Ok(())
+        },
+    )
 }
 
 type Chart<'a, 'b> = ChartContext<
@@ -165,7 +177,9 @@ fn draw_row(
     let margin = 0.05 * (high - low);
     let (low, high) = (low - margin, high + margin);
     let from_s = points().map(|point| point.0).fold(f64::INFINITY, f64::min);
-    let to_s = points().map(|point| point.0).fold(f64::NEG_INFINITY, f64::max);
+    let to_s = points()
+        .map(|point| point.0)
+        .fold(f64::NEG_INFINITY, f64::max);
     let mut chart = ChartBuilder::on(area)
         .margin(6)
         .y_label_area_size(60)
@@ -181,7 +195,10 @@ fn draw_row(
     for curve in curves {
         let color = curve.color;
         chart
-            .draw_series(LineSeries::new(curve.points.iter().copied(), color.stroke_width(2)))?
+            .draw_series(LineSeries::new(
+                curve.points.iter().copied(),
+                color.stroke_width(2),
+            ))?
             .label(curve.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
     }

@@ -12,7 +12,7 @@ use super::{
     progress::Bar,
 };
 
-/// What every evaluation is told.
+/// The options of every evaluation.
 #[derive(Debug, Args)]
 pub(super) struct EvaluationOptions {
     /// Directories of logs, each with a truth.json that says what was done to the robots.

@@ -8,8 +8,8 @@ use mlr_filter::{OrientationSeries, SettingError};
 use mlr_ga::LARGEST_SEED;
 use mlr_imu::{write_log, write_log_to};
 use mlr_model::{
-    GroundContact, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
-    Simulator, Terrain,
+    GroundContact, LostLinks, Morphology, Outcome, Roughness, SimulationSettings, Simulator,
+    Terrain,
 };
 
 use serde_json::json;
@@ -132,7 +132,7 @@ impl SimulateOptions {
             let report = json!({
                 "schema": SCHEMA,
                 "log": self.output,
-                "morphology": morphology.to_rows(),
+                "morphology": morphology,
                 "damaged_legs": morphology.damaged_legs(),
                 "samples": samples,
                 "motion_start_s": self.stand_s,
@@ -149,7 +149,7 @@ impl SimulateOptions {
     }
 
     fn settings(&self) -> Result<SimulationSettings, SettingError> {
-        // The only two that are told in another unit than the setting has.
+        // The only two options in another unit than the setting.
         let steepest_deg = Terrain::STEEPEST_DEG;
         SettingError::check("--slope-deg", self.slope_deg, 0.0..=steepest_deg, "degrees")?;
         SettingError::check("--uphill-deg", self.uphill_deg, -360.0..=360.0, "degrees")?;

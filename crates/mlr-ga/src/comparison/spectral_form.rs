@@ -136,7 +136,10 @@ mod tests {
         let mut spectrum = vec![0.0; form.axis_len()];
         form.transform(&mut signal, &mut spectrum);
         let weighted = spectrum.iter().map(|x| f64::from(x * x)).sum();
-        (weighted, form.plain_square(&spectrum, &vec![0.0; form.axis_len()]))
+        (
+            weighted,
+            form.plain_square(&spectrum, &vec![0.0; form.axis_len()]),
+        )
     }
 
     #[test]
@@ -146,11 +149,20 @@ mod tests {
         let (weighted, plain) = squares(|t| 5.0 - 0.3 * t);
         assert!(weighted < 1e-6 && plain < 1e-6, "{weighted} {plain}");
         let (weighted, plain) = squares(|t| 2.0 * (TAU * 3.0 * t).cos() + t);
-        assert!(near(weighted, 2.0) && near(plain, 2.0), "{weighted} {plain}");
+        assert!(
+            near(weighted, 2.0) && near(plain, 2.0),
+            "{weighted} {plain}"
+        );
         let (weighted, plain) = squares(|t| 2.0 * (TAU * 2.4 * t).cos());
-        assert!(near(weighted, 0.5) && near(plain, 2.0), "{weighted} {plain}");
+        assert!(
+            near(weighted, 0.5) && near(plain, 2.0),
+            "{weighted} {plain}"
+        );
         let (weighted, plain) = squares(|t| 2.0 * (TAU * 11.0 * t).cos());
-        assert!(near(weighted, 0.0) && near(plain, 0.0), "{weighted} {plain}");
+        assert!(
+            near(weighted, 0.0) && near(plain, 0.0),
+            "{weighted} {plain}"
+        );
     }
 
     #[test]

@@ -1,21 +1,21 @@
-//! The attitude that the walk is compared with, where raw samples tell it better than the log.
+//! Dead-reckoned orientation from raw rates, where it agrees with the recorded one.
 
 use std::ops::Range;
 
 use mlr_filter::{MovingMean, OrientationSeries};
 use mlr_imu::RawSeries;
 
-/// Time between two looks at either attitude.
+/// Time between two compared orientations.
 const STEP_S: f64 = 0.04;
-/// Raw samples tell where the body turns to if what they say of its turns is off by less than
-/// this share of them, and this much more: what filters take of the accelerations of a body
-/// that hardly rocks.
+/// Dead-reckoned and recorded rotations agree if the standard deviation of their difference is
+/// below this share of that of the recorded rotations, plus [`MOST_OFF_RAD`].
 const MOST_OFF: f64 = 0.5;
+/// Allowance for bodies that rock little: errors that accelerations cause in an attitude filter.
 const MOST_OFF_RAD: f64 = 6e-4;
 
-/// Roll, pitch and yaw integrated from the rates of `raw` alone from the beginning of `rest_s`
-/// on, if they turn as those of the `recording`, which somebody made of the same samples: raw
-/// samples may be too slow for the shocks of a walk, or along other axes.
+/// Roll, pitch and yaw integrated from the rates of `raw` alone from the start of `rest_s` on,
+/// if they agree with the `recording`, which another filter made from the same samples. They
+/// do not where raw samples are too slow for the shocks of a walk, or along other axes.
 pub(super) fn dead_reckoned(
     raw: &RawSeries,
     recording: &OrientationSeries,
@@ -25,8 +25,8 @@ pub(super) fn dead_reckoned(
     turn_alike(&reckoned, recording).then_some(reckoned)
 }
 
-/// Compares how far roll and pitch turn from one look to the next: what a filter draws to
-/// gravity is slow, and a bias adds the same to every turn.
+/// Compares the rotations in roll and pitch over [`STEP_S`]: corrections of a filter towards
+/// gravity are slow, and a bias adds the same to each.
 fn turn_alike(reckoned: &OrientationSeries, recording: &OrientationSeries) -> bool {
     let ends = reckoned.times_s().first().zip(reckoned.times_s().last());
     let Some((first_s, last_s)) = ends else {

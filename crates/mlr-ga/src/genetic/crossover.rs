@@ -124,7 +124,8 @@ mod tests {
         ];
         let children = children(&candidate, &better, &GeneticSettings::default());
         assert_eq!(
-            share(&children, |child| (0..6).any(|leg| child.remaining(leg) == 1)),
+            share(&children, |child| (0..6)
+                .any(|leg| child.remaining(leg) == 1)),
             0.0
         );
         // The control: link by link, legs come about that no parent has.

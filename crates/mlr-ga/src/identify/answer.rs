@@ -1,6 +1,6 @@
 use mlr_filter::Conditioned;
 use mlr_imu::quality::LogQuality;
-use mlr_model::{LostLinks, Variation};
+use mlr_model::{LostLinks, Morphology, Variation};
 use serde::Serialize;
 
 use super::{Method, Search};
@@ -15,8 +15,8 @@ pub struct Identification {
     pub search: Search,
     /// Seed of the search.
     pub seed: u64,
-    /// The best morphology's existence numbers, leg by leg.
-    pub morphology: Vec<Vec<u8>>,
+    /// The best morphology.
+    pub morphology: Morphology,
     /// Numbers (from 1) of the legs that miss a link.
     pub damaged_legs: Vec<usize>,
     /// The damage in words.
@@ -47,10 +47,10 @@ pub struct Identification {
     pub alternatives: Vec<Alternative>,
     /// Morphologies that this recording cannot tell from the best: together with
     /// it, those that hold nearly all of the probability.
-    pub indistinguishable: Vec<Vec<Vec<u8>>>,
+    pub indistinguishable: Vec<Morphology>,
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
-    /// Log time at which the compared stretch begins.
+    /// Log time at which the compared stretch starts.
     pub window_start_s: f64,
     /// Length of the compared stretch.
     pub window_s: f64,
@@ -67,19 +67,19 @@ pub struct Identification {
     pub frequencies: Vec<Frequency>,
     /// The repeated runs one by one. Empty for a single run.
     pub runs: Vec<Course>,
-    /// What the recording says about itself.
+    /// Quality of the recording.
     pub log_quality: LogQuality,
-    /// What a person should know about the recording.
+    /// Warnings for people.
     pub warnings: Vec<String>,
-    /// What was compared.
+    /// The compared signals.
     #[serde(skip)]
     pub signals: ComparedSignals,
 }
 
-/// The model and the alignment under which the best morphology is likeliest.
+/// The model and the alignment with the greatest likelihood of the best morphology.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BestFit {
-    /// What the lost links are taken to be.
+    /// Whether the lost links are absent or locked.
     pub lost_links: LostLinks,
     /// Clock and delay of the robot.
     #[serde(flatten)]
@@ -87,8 +87,7 @@ pub struct BestFit {
     /// The variation of the model.
     #[serde(flatten)]
     pub variation: Variation,
-    /// Root mean square of what is left of roll, pitch and yaw without their means
-    /// and trends.
+    /// Root mean square of the residual of roll, pitch and yaw, without means and trends.
     pub error_deg: [f64; 3],
     /// Root mean square of measured roll, pitch and yaw without their means and trends.
     pub motion_deg: [f64; 3],
@@ -121,7 +120,9 @@ impl BestFit {
     ) -> Self {
         let rms_deg = |signal: &mut dyn ExactSizeIterator<Item = f64>| {
             let count = signal.len().max(1) as f64;
-            (signal.map(|x| x * x).sum::<f64>() / count).sqrt().to_degrees()
+            (signal.map(|x| x * x).sum::<f64>() / count)
+                .sqrt()
+                .to_degrees()
         };
         let axes = [
             (&measured.roll, &simulated.roll),
@@ -153,8 +154,8 @@ pub struct ComparedSignals {
 /// A morphology that explains the recording less well.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Alternative {
-    /// Existence numbers, leg by leg.
-    pub morphology: Vec<Vec<u8>>,
+    /// The morphology.
+    pub morphology: Morphology,
     /// Its F on the nominal model.
     pub cost_rad: f64,
     /// Its probability.
@@ -164,8 +165,8 @@ pub struct Alternative {
 /// How often repeated runs of the genetic algorithm gave a morphology.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Frequency {
-    /// Existence numbers, leg by leg.
-    pub morphology: Vec<Vec<u8>>,
+    /// The morphology.
+    pub morphology: Morphology,
     /// Its deciding cost.
     pub cost_deg: f64,
     /// Runs that ended with it.
@@ -176,7 +177,7 @@ pub struct Frequency {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Course {
     /// Its result.
-    pub morphology: Vec<Vec<u8>>,
+    pub morphology: Morphology,
     /// The best cost so far in degrees, generation by generation.
     pub cost_per_generation: Vec<f64>,
 }

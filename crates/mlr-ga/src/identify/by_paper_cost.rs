@@ -4,11 +4,11 @@ use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
 use super::{
-    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Model, Search, Verdict,
+    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Search, Verdict,
     searched::Searched,
 };
 use crate::{
-    AnswerError, Evaluations, Progress,
+    AnswerError, Evaluations, Model, Progress,
     belief::{Belief, Posterior},
     paper_cost::PaperCost,
 };
@@ -106,7 +106,7 @@ fn alternatives(
         .filter_map(|morphology| {
             let (_, _, cost_rad): (LostLinks, _, f64) = cost.least(morphology)?;
             Some(Alternative {
-                morphology: morphology.to_rows(),
+                morphology: (*morphology).clone(),
                 cost_rad,
                 probability: belief.of(morphology),
             })

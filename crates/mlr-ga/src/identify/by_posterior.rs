@@ -7,11 +7,11 @@ use mlr_model::Morphology;
 use rayon::prelude::*;
 
 use super::{
-    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Model, Search, Verdict,
-    leading, model_walks::ModelWalks, searched::Searched,
+    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Search, Verdict, leading,
+    model_walks::ModelWalks, searched::Searched,
 };
 use crate::{
-    AnswerError, Evaluations, Progress, WalkObjective,
+    AnswerError, Evaluations, Model, Progress, WalkObjective,
     belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
     mean_error_deg,
@@ -130,7 +130,7 @@ fn alternatives(
             let fit = likeliest_fit(weighed, morphology)?;
             let (_, cost_rad) = paper_cost.of(morphology, fit.case.lost_links)?;
             Some(Alternative {
-                morphology: morphology.to_rows(),
+                morphology: morphology.clone(),
                 cost_rad,
                 probability: belief.of(morphology),
             })

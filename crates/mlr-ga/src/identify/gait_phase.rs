@@ -2,10 +2,10 @@ use mlr_model::Gait;
 
 use crate::comparison::ComparableWalk;
 
-/// Where in the gait the compared stretch begins.
+/// Phase of the gait at the start of the compared stretch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GaitPhase {
-    /// With the walk.
+    /// The start of the walk.
     Start,
     /// In mid-walk, this long after its start.
     Elapsed {
@@ -16,20 +16,20 @@ pub enum GaitPhase {
     Unknown,
 }
 
-/// How finely an unknown phase is tried: the delays of an alignment reach from one
-/// to the next.
+/// Step of the search for an unknown phase, in samples: the delays of an alignment cover
+/// the time between two steps.
 const PHASE_STEP: usize = 3;
 /// The gait clock of a robot may run fast or slow by this share.
 const CLOCK_ERROR: f64 = 0.03;
 /// The start of a walk is found with about this error.
 const START_ERROR_S: f64 = 0.02;
 
-/// Samples of a simulated walk with which the measured stretch may begin.
+/// Samples of a simulated walk that the start of the measured stretch is aligned with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Begins {
     /// Indices into a [`ComparableWalk`].
     pub samples: Vec<usize>,
-    /// How much later in the gait than these samples the measured stretch begins.
+    /// How much later in the gait than these samples the measured stretch starts.
     pub later_s: f64,
 }
 
@@ -40,9 +40,9 @@ impl GaitPhase {
         (gait.ramp_s / gait.period_s).ceil() * gait.period_s + gait.period_s
     }
 
-    /// Where a simulated walk may begin to be compared.
+    /// The samples of a simulated walk from which it is compared.
     ///
-    /// A stretch in mid-walk begins after the simulated robot has reached its
+    /// A stretch in mid-walk starts after the simulated robot has reached its
     /// steady gait: one period after the ramp. There, only the phase matters.
     pub fn begins(self, gait: &Gait) -> Begins {
         let steady_s = Self::steady_s(gait);

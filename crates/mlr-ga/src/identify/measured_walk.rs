@@ -18,7 +18,7 @@ use crate::{
 /// A robot that walks calmly for this long before damage is flagged was healthy
 /// when it started.
 const CALM_WALK_S: f64 = 3.0;
-/// A body that has just lost its balance finds its new gait within this time.
+/// After damage the walk is steady again within this time.
 const UPSET_S: f64 = 1.0;
 
 /// Every log time.
@@ -45,9 +45,9 @@ pub struct Stretch {
     pub start_s: f64,
     /// How many there are, at [`ComparableWalk::RATE_HZ`].
     pub samples: usize,
-    /// Samples of a simulated walk with which the first may agree.
+    /// Indices of the samples of a simulated walk that the first one is aligned with in turn.
     pub begins: Vec<usize>,
-    /// How much later in the gait than such a sample the window begins; the first
+    /// How much later in the gait than such a sample the window starts; the first
     /// compared sample is earlier than the window by as much.
     pub later_s: f64,
     /// Period of the gait.
@@ -55,7 +55,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// The `samples` that every alignment finds in the recording.
+    /// As many samples as every alignment finds in the recording.
     fn new(recording: &OrientationSeries, window: Window, phase: GaitPhase, gait: &Gait) -> Self {
         let begins = phase.begins(gait);
         let start_s = window.start_s - begins.later_s;
@@ -82,8 +82,8 @@ impl Stretch {
             .map_or(0, |last| last + self.samples)
     }
 
-    /// First parts of the stretch, in samples, at which a candidate that does not
-    /// fit may be given up. They are whole gait cycles, whose harmonics have bins of their own.
+    /// Checkpoints, in samples of the stretch, at which a candidate that does not fit
+    /// may be abandoned. They are whole gait cycles, whose harmonics have bins of their own.
     pub fn parts(&self) -> Vec<usize> {
         [2.0, 3.0, 4.0]
             .iter()
@@ -93,7 +93,7 @@ impl Stretch {
             .collect()
     }
 
-    /// Samples of a simulated walk that show these parts from every begin.
+    /// The same checkpoints in samples of a simulated walk, for every alignment.
     pub fn looks(&self) -> Vec<usize> {
         let last = self.begins.iter().max().copied().unwrap_or(0);
         self.parts().into_iter().map(|part| last + part).collect()
@@ -103,8 +103,8 @@ impl Stretch {
 impl MeasuredWalk {
     /// Repairs the time stamps, finds the stretch to compare, and filters it.
     ///
-    /// The stretch begins with the walk; where damage strikes in mid-walk, when
-    /// it is flagged; and wherever the settings say so.
+    /// The stretch starts with the walk; where damage strikes in mid-walk, when it is
+    /// flagged; or at the time that the settings give.
     ///
     /// # Errors
     /// [`AnswerError`] when the recording has no such stretch, or the settings
@@ -121,7 +121,7 @@ impl MeasuredWalk {
         require_usable(&quality, &recording)?;
         warnings.extend(quality.warnings());
         let recording = recording.orientation;
-        let start = match settings.motion_start_s {
+        let start = match settings.walk_start.time_s() {
             Some(start_s) => MotionStart {
                 start_s,
                 stood_before: true,
@@ -173,17 +173,17 @@ impl MeasuredWalk {
         })
     }
 
-    /// What the recording says about itself.
+    /// Quality of the recording.
     pub fn quality(&self) -> &LogQuality {
         &self.quality
     }
 
-    /// The recording, its time stamps increasing.
+    /// The recording with increasing time stamps.
     pub fn recording(&self) -> &OrientationSeries {
         &self.recording
     }
 
-    /// The samples that decide.
+    /// The samples that are compared.
     pub fn stretch(&self) -> &Stretch {
         &self.stretch
     }
@@ -198,7 +198,7 @@ impl MeasuredWalk {
         self.window
     }
 
-    /// Where in the gait it begins.
+    /// Phase of the gait at its start.
     pub fn phase(&self) -> GaitPhase {
         self.phase
     }
@@ -208,13 +208,13 @@ impl MeasuredWalk {
         &self.conditioned
     }
 
-    /// What a person should know about the recording.
+    /// Warnings for people.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 }
 
-/// Refuses a recording that is useless from end to end.
+/// Refuses a recording with a defect over its whole length that makes it useless.
 fn require_usable(quality: &LogQuality, recording: &Recording) -> Result<(), AnswerError> {
     let times_s = recording.orientation.times_s();
     let throughout = quality.findings.iter().find(|finding| {
@@ -246,27 +246,27 @@ fn require_fast_enough(
     Ok(())
 }
 
-/// Why there is no answer: what spoils the recording, if anything does.
+/// Why there is no answer: a defect of the recording, if there is one.
 fn blamed_on(finding: Option<&Finding>, otherwise: impl Into<AnswerError>) -> AnswerError {
     finding
         .cloned()
         .map_or_else(|| otherwise.into(), AnswerError::from)
 }
 
-/// Damage that strikes late leaves less than a whole window: half of one will do.
+/// Damage that strikes late leaves less than a whole window: half of one is enough.
 fn what_is_left_s(recording: &OrientationSeries, from_s: f64, window_s: f64) -> f64 {
     let end_s = recording.times_s().last().copied().unwrap_or(from_s);
     (end_s - from_s).clamp(window_s / 2.0, window_s)
 }
 
-/// Where to compare when a healthy robot was damaged while it walked: from the
-/// time on at which the damage was flagged, or the swing changed, or as late as the recording allows.
+/// Log time from which to compare when a healthy robot was damaged while it walked: when
+/// the damage was flagged or the swing changed, at the latest one window before the end.
 fn struck_in_mid_walk(
     recording: &OrientationSeries,
     start: MotionStart,
     settings: &IdentifySettings,
 ) -> Option<f64> {
-    // A recording that the detector cannot judge is left to the window's checks.
+    // The window's own checks report a recording that is too slow for the detector.
     let flagged_s = match detect_in(recording, settings.detector).ok()?.damage_s {
         Some(flagged_s) => flagged_s,
         None if !settings.unflagged_damage => return None,
@@ -287,9 +287,8 @@ fn struck_in_mid_walk(
     Some(flagged_s.min(latest_s).max(struck_s + UPSET_S))
 }
 
-/// Damage may rock the body by less than the detector's threshold. It has struck as
-/// well where the body comes to swing several times as far as it did when it began
-/// to walk.
+/// Threshold for damage that rocks the body by less than the detector's: several times the
+/// fluctuation at the start of the walk.
 fn changed_swing_deg(
     recording: &OrientationSeries,
     start: MotionStart,
@@ -298,7 +297,7 @@ fn changed_swing_deg(
     const TIMES: f64 = 3.0;
     const LEAST_DEG: f64 = 1.5;
     let times_s = recording.times_s();
-    // The first step of a walk is not like the others.
+    // The first step differs from the others.
     let from = times_s.partition_point(|&t| t < start.start_s + UPSET_S);
     let to = times_s.partition_point(|&t| t < start.start_s + UPSET_S + CALM_WALK_S);
     let beginning = OrientationSeries::new(

@@ -10,31 +10,21 @@ mod model_walks;
 mod report;
 mod searched;
 mod settings;
+mod walk_start;
 
 pub use answer::{Alternative, BestFit, ComparedSignals, Course, Frequency, Identification};
 pub use gait_phase::{Begins, GaitPhase};
 pub use measured_walk::{MeasuredWalk, Stretch};
 pub use report::IdentificationReport;
 pub use settings::{IdentifySettings, Method, Search};
+pub use walk_start::WalkStart;
 
 use mlr_filter::Conditioned;
 use mlr_imu::Recording;
-use mlr_model::{Gait, Morphology, Robot};
+use mlr_model::Morphology;
 use searched::Searched;
 
-use crate::{AnswerError, Progress, atlas::Atlas, belief::Belief, mean_error_deg};
-
-/// What is known of the robot before it is damaged.
-#[derive(Debug, Clone, Copy)]
-pub struct Model<'a> {
-    /// The robot in full health.
-    pub robot: &'a Robot,
-    /// The gait that it walks.
-    pub gait: &'a Gait,
-    /// Its walks, if they were simulated beforehand: then nothing is simulated but
-    /// what the report shows.
-    pub atlas: Option<&'a Atlas>,
-}
+use crate::{AnswerError, Model, Progress, belief::Belief, mean_error_deg};
 
 /// How many alternatives are reported.
 const ALTERNATIVES: usize = 5;
@@ -92,7 +82,6 @@ impl Verdict {
             method: settings.method,
             search,
             seed: settings.seed,
-            morphology: best.to_rows(),
             damaged_legs: best.damaged_legs(),
             description: best.describe(),
             implausible: self.something_else.is_some_and(|doubt| doubt > 0.5),
@@ -110,7 +99,7 @@ impl Verdict {
                 .credible(settings.credible_share)
                 .into_iter()
                 .filter(|morphology| **morphology != best)
-                .map(Morphology::to_rows)
+                .cloned()
                 .collect(),
             motion_start_s: start.stood_before.then_some(start.start_s),
             window_start_s: measured.window().start_s,
@@ -122,6 +111,7 @@ impl Verdict {
             runs: self.searched.courses(),
             log_quality: measured.quality().clone(),
             warnings: [measured.warnings(), &self.warnings].concat(),
+            morphology: best,
             signals: ComparedSignals {
                 rate_hz: settings.filter.rate_hz,
                 measured: measured.conditioned().clone(),

@@ -15,7 +15,7 @@ pub(super) enum ModelWalks<'a> {
 }
 
 impl<'a> ModelWalks<'a> {
-    /// Walks long enough for the measured one.
+    /// Walks at least as long as the measured stretch.
     pub(super) fn new(
         measured: &MeasuredWalk,
         model: Model<'a>,

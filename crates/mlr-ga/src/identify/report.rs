@@ -24,11 +24,7 @@ pub struct IdentificationReport {
 
 impl IdentificationReport {
     /// The report of an identification.
-    pub fn new(
-        log: String,
-        identification: Identification,
-        elapsed: Duration,
-    ) -> Self {
+    pub fn new(log: String, identification: Identification, elapsed: Duration) -> Self {
         Self {
             schema: SCHEMA,
             log,

@@ -64,7 +64,10 @@ impl Searched {
     /// frequent result.
     pub(super) fn cost_per_generation(&self) -> Vec<f64> {
         let most_frequent = self.results.first().map(|(result, _)| result);
-        let run = self.runs.iter().find(|run| Some(&run.best) == most_frequent);
+        let run = self
+            .runs
+            .iter()
+            .find(|run| Some(&run.best) == most_frequent);
         run.map_or_else(Vec::new, |run| run.cost_per_generation.clone())
     }
 
@@ -80,7 +83,7 @@ impl Searched {
         self.results
             .iter()
             .map(|(result, count)| Frequency {
-                morphology: result.to_rows(),
+                morphology: result.clone(),
                 cost_deg: cost_of(result),
                 count: *count,
             })
@@ -95,7 +98,7 @@ impl Searched {
         self.runs
             .iter()
             .map(|run| Course {
-                morphology: run.best.to_rows(),
+                morphology: run.best.clone(),
                 cost_per_generation: run.cost_per_generation.clone(),
             })
             .collect()

@@ -4,6 +4,7 @@ use mlr_filter::{DetectorSettings, FilterSettings, MotionSettings, SamplingLimit
 use mlr_model::{Robot, SimulationSettings, Variation};
 use serde::{Deserialize, Serialize};
 
+use super::WalkStart;
 use crate::{
     LossHypothesis,
     belief::{DamagePrior, PlausibilitySettings},
@@ -33,7 +34,11 @@ impl FromStr for Method {
         match text {
             "mlr" => Ok(Self::Mlr),
             "paper" => Ok(Self::Paper),
-            other => Err(SettingError::new("method", format!("{other:?}"), "mlr or paper")),
+            other => Err(SettingError::new(
+                "method",
+                format!("{other:?}"),
+                "mlr or paper",
+            )),
         }
     }
 }
@@ -65,9 +70,8 @@ pub struct IdentifySettings {
     pub seed: u64,
     /// Length of the compared stretch.
     pub window_s: f64,
-    /// Log time at which the walk started, where it is known from elsewhere; found
-    /// in the recording otherwise.
-    pub motion_start_s: Option<f64>,
+    /// How it is known when the walk started.
+    pub walk_start: WalkStart,
     /// Log time at which the compared stretch begins, instead of the start of the
     /// walk or the time at which damage was flagged.
     pub from_s: Option<f64>,
@@ -114,7 +118,7 @@ impl Default for IdentifySettings {
             search: None,
             seed: 1,
             window_s: 5.0,
-            motion_start_s: None,
+            walk_start: WalkStart::default(),
             from_s: None,
             max_dropped_share: 0.2,
             lost_links: LossHypothesis::default(),
@@ -170,7 +174,7 @@ impl IdentifySettings {
     }
 
     /// Log times, which may be those of a clock that began in 1970 or run from before zero.
-    const LOG_TIMES_S: RangeInclusive<f64> = -1e12..=1e12;
+    pub(super) const LOG_TIMES_S: RangeInclusive<f64> = -1e12..=1e12;
 
     /// Checks every number, those of the parts included.
     ///
@@ -179,13 +183,9 @@ impl IdentifySettings {
     pub fn check(&self) -> Result<(), SettingError> {
         let share = |name, value| SettingError::check::<f64>(name, value, 0.0..=1.0, "");
         SettingError::check("window_s", self.window_s, 0.5..=600.0, "s")?;
-        for (name, time_s) in [
-            ("motion_start_s", self.motion_start_s),
-            ("from_s", self.from_s),
-        ] {
-            if let Some(time_s) = time_s {
-                SettingError::check(name, time_s, Self::LOG_TIMES_S, "s")?;
-            }
+        self.walk_start.check()?;
+        if let Some(from_s) = self.from_s {
+            SettingError::check("from_s", from_s, Self::LOG_TIMES_S, "s")?;
         }
         share("max_dropped_share", self.max_dropped_share)?;
         share("credible_share", self.credible_share)?;

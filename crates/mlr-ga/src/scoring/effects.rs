@@ -19,13 +19,13 @@ use super::{
 pub struct EffectsTruth {
     /// The log, and what was left of the robot.
     pub log: Truth,
-    /// Whether lost links hang on as dead weight.
+    /// Whether lost links are locked instead of absent.
     pub locked: bool,
-    /// What nothing in the log declares.
+    /// The undeclared effects.
     pub effects: Vec<TrueEffect>,
     /// Log time at which the walk was commanded.
     pub motion_start_s: Option<f64>,
-    /// What it changes of the walk, where that was recorded.
+    /// What they change of the walk, where that was recorded.
     pub trace: Option<TrueTrace>,
 }
 
@@ -136,7 +136,7 @@ pub struct EffectsScore {
     pub unexplained: bool,
     /// What remains.
     pub residual: RemainingResidual,
-    /// The same, split into what physics tells apart.
+    /// The same, split into its components.
     pub residual_after: ByAxis,
     /// How right that is.
     pub verdict: KindsVerdict,
@@ -156,7 +156,7 @@ pub struct EffectsScore {
     pub elapsed_s: f64,
 }
 
-/// Lost links that hang on: part of the damage, whether a set lists it or not.
+/// Locked links: part of the damage, whether a set lists it or not.
 const LOCKED: &str = "locked_links";
 
 impl EffectsScore {
@@ -164,10 +164,6 @@ impl EffectsScore {
     pub fn new(truth: &EffectsTruth, found: &WalkExplanation, elapsed_s: f64) -> Self {
         let known = |kind: &str| kind == LOCKED || mlr_residual::walk_effects::find(kind).is_some();
         let in_library = truth.effects.iter().all(|effect| known(&effect.kind));
-        let legs = |rows: &[Vec<u8>]| -> Vec<usize> {
-            let damaged = rows.iter().enumerate().filter(|(_, leg)| leg.contains(&0));
-            damaged.map(|(leg, _)| leg + 1).collect()
-        };
         let true_legs = truth.log.morphology.damaged_legs();
         Self {
             log: truth.log.name.clone(),
@@ -182,15 +178,15 @@ impl EffectsScore {
             error_before: found.error_before,
             error_calibrated: found.error_calibrated,
             error_after: found.error_after,
-            legs_right_before: legs(&found.morphology_before) == true_legs,
+            legs_right_before: found.morphology_before.damaged_legs() == true_legs,
             legs_right: found.damaged_legs == true_legs,
-            links_right: found.morphology == truth.log.morphology.to_rows(),
+            links_right: found.morphology == truth.log.morphology,
             elapsed_s,
         }
     }
 }
 
-/// A delay shows nowhere in a log that does not tell when the walk was commanded.
+/// A delay cannot be seen in a log that does not say when the walk was commanded.
 fn visibility(truth: &EffectsTruth) -> Visibility {
     let is_a_delay = |effect: &TrueEffect| {
         mlr_residual::walk_effects::find(&effect.kind).is_some_and(|known| known.is_a_delay())

@@ -13,10 +13,10 @@ pub struct LogScore {
     pub true_damaged_legs: Vec<usize>,
     /// Numbers of the legs that were named.
     pub damaged_legs: Vec<usize>,
-    /// What was done, existence numbers leg by leg.
-    pub true_morphology: Vec<Vec<u8>>,
+    /// What was left of the robot.
+    pub true_morphology: Morphology,
     /// What was answered.
-    pub morphology: Vec<Vec<u8>>,
+    pub morphology: Morphology,
     /// Whether exactly the damaged legs were named.
     pub legs_right: bool,
     /// Whether every link was right.
@@ -46,8 +46,8 @@ pub struct LogScore {
 impl LogScore {
     /// Scores an answer that took `elapsed_s`.
     pub fn new(truth: &Truth, answer: &Identification, elapsed_s: f64) -> Self {
-        let rows = truth.morphology.to_rows();
-        let damaged = truth.morphology.damaged_legs();
+        let true_morphology = &truth.morphology;
+        let damaged = true_morphology.damaged_legs();
         let is_damaged = |leg: usize| damaged.contains(&(leg + 1));
         let brier = mean(answer.leg_damage_probability.iter().enumerate().map(
             |(leg, probability)| (probability - f64::from(u8::from(is_damaged(leg)))).powi(2),
@@ -55,8 +55,9 @@ impl LogScore {
         Self {
             log: truth.name.clone(),
             legs_right: answer.damaged_legs == damaged,
-            links_right: answer.morphology == rows,
-            covered: answer.morphology == rows || answer.indistinguishable.contains(&rows),
+            links_right: answer.morphology == *true_morphology,
+            covered: answer.morphology == *true_morphology
+                || answer.indistinguishable.contains(true_morphology),
             listed: answer.indistinguishable.len() + 1,
             leg_damage_probability: answer.leg_damage_probability.clone(),
             brier,
@@ -67,19 +68,15 @@ impl LogScore {
             motion_deg: answer.fit.motion_deg,
             true_damaged_legs: damaged,
             damaged_legs: answer.damaged_legs.clone(),
-            true_morphology: rows,
+            true_morphology: true_morphology.clone(),
             morphology: answer.morphology.clone(),
             elapsed_s,
         }
     }
 
     /// The damage in words: the truth and the answer.
-    pub fn in_words(&self, layout: &mlr_model::LegLayout) -> [String; 2] {
-        [&self.true_morphology, &self.morphology].map(|rows| {
-            let existence: Vec<bool> = rows.iter().flatten().map(|&x| x != 0).collect();
-            Morphology::from_existence(layout, &existence)
-                .map_or_else(|_| "?".into(), |morphology| morphology.describe())
-        })
+    pub fn in_words(&self) -> [String; 2] {
+        [&self.true_morphology, &self.morphology].map(Morphology::describe)
     }
 }
 

@@ -151,15 +151,23 @@ fn per_group(damaged_legs: &[usize], gait: &Gait) -> String {
 
 #[cfg(test)]
 mod tests {
+    use mlr_model::{Morphology, Robot};
+
     use super::*;
+
+    fn without(legs: &[usize]) -> Morphology {
+        let healthy = Morphology::healthy(&Robot::jethexa().layout());
+        let lose = |morphology: Morphology, leg: &usize| morphology.without_leg(leg - 1);
+        legs.iter().fold(healthy, lose)
+    }
 
     fn score(truth: &[usize], answer: &[usize], confidence: f64) -> LogScore {
         LogScore {
             log: String::new(),
             true_damaged_legs: truth.into(),
             damaged_legs: answer.into(),
-            true_morphology: Vec::new(),
-            morphology: Vec::new(),
+            true_morphology: without(truth),
+            morphology: without(answer),
             legs_right: truth == answer,
             links_right: false,
             covered: true,

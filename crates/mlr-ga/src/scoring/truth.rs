@@ -31,7 +31,7 @@ pub struct TruthError {
 
 #[derive(Deserialize)]
 struct Entry {
-    morphology: Vec<Vec<u8>>,
+    morphology: Morphology,
 }
 
 /// Name of the file that says what was done to the robot of each log.
@@ -61,9 +61,13 @@ pub fn read_truths(directory: &Path, layout: &LegLayout) -> Result<Vec<Truth>, T
                 .into_iter()
                 .find(|log| log.exists())
                 .ok_or_else(|| fail(format!("{name}: there is no log of this name")))?;
-            let existence: Vec<bool> = entry.morphology.iter().flatten().map(|&x| x != 0).collect();
-            let morphology = Morphology::from_existence(layout, &existence)
-                .map_err(|error| fail(format!("{name}: morphology: {error}")))?;
+            let morphology = entry.morphology;
+            if morphology.layout() != *layout {
+                let healthy = Morphology::healthy(layout);
+                return Err(fail(format!(
+                    "{name}: morphology: {morphology} is not of this robot, expected legs and links as in {healthy}"
+                )));
+            }
             Ok(Truth {
                 name,
                 log,
@@ -92,7 +96,12 @@ mod tests {
         assert_eq!(truths[0].morphology.damaged_legs(), [2]);
         for (text, told) in [
             (r#"{"b": {"morphology": [[1], [0]]}}"#, "b: there is no log"),
-            (r#"{"a": {"morphology": [[1]]}}"#, "a: morphology"),
+            (r#"{"a": {"morphology": [[1]]}}"#, "a: morphology: 1 is not"),
+            (
+                r#"{"a": {"morphology": [[1, 1]]}}"#,
+                "expected legs and links as in 1 1",
+            ),
+            (r#"{"a": {"morphology": [[1], [2]]}}"#, "expected 0 or 1"),
             (r#"{"a": {}}"#, "morphology"),
         ] {
             let error = read(text).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Whether anybody could see what was done to a robot.
+//! Whether an effect changes the walk by more than what is usual.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,18 +23,18 @@ pub struct Spread {
     pub swing_deg: [f64; 3],
 }
 
-/// Whether anybody could tell that something was done to a robot.
+/// Whether an effect is large enough to be detected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Visibility {
-    /// Nobody recorded what it changes.
+    /// Its change of the walk was not recorded.
     Unknown,
-    /// It changes less than what people would notice.
+    /// It changes less than the limits of [`TrueTrace::visibility`].
     Hidden,
-    /// It changes more than that, but another robot of the same make changes as much: robots
-    /// that nearly tip over answer to anything.
+    /// It changes more than the limits, but no more than the spread between robots of the same
+    /// make. Close to tipping, that spread is large.
     WithinSpread,
-    /// It changes more than either.
+    /// It changes more than both.
     StandsOut,
 }
 
@@ -48,7 +48,7 @@ impl Visibility {
 impl TrueTrace {
     /// Visible is what makes roll or pitch swing by 0.3° more or less, or lean by two
     /// standard deviations of a usual mounting (1°), or bends yaw by 1°. A constant rate of
-    /// turning is no trace: every gyroscope has its bias, and every floor its grip.
+    /// turning does not count: it cannot be told from gyroscope bias and friction.
     pub fn visibility(&self) -> Visibility {
         let of = |values_deg: [f64; 3], spread_deg: [f64; 3], limits_deg: [f64; 3]| {
             [0, 1, 2].map(|axis| (values_deg[axis].abs(), spread_deg[axis], limits_deg[axis]))

@@ -12,7 +12,7 @@ use mlr_model::{LostLinks, Morphology};
 
 use crate::comparison::ComparableWalk;
 
-/// What a candidate walks like, besides its morphology.
+/// The model that a candidate is simulated with, besides its morphology.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Case {
     /// What its lost links have become.
@@ -24,22 +24,22 @@ pub struct Case {
 /// How a walk ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Walked {
-    /// As it should.
+    /// To its end.
     Whole(ComparableWalk),
-    /// It was not worth going on.
+    /// It was abandoned.
     Stopped,
     /// The simulation diverged.
     Diverged,
-    /// There is no such walk to be had.
+    /// The source has no such walk.
     Unknown,
 }
 
-/// Looks at the walk so far and says whether it is worth going on.
+/// Is called at checkpoints with the walk so far, and decides whether to go on.
 pub type Look<'a> = dyn FnMut(&ComparableWalk) -> ControlFlow<()> + 'a;
 
-/// Something that knows how candidates walk.
+/// A source of simulated walks.
 pub trait WalkSource: Sync {
-    /// The walk of a candidate. The same candidate and case always walk the same.
-    /// `look` may be shown parts of the walk.
+    /// The walk of a candidate; always the same for the same candidate and case.
+    /// `look` may be called at checkpoints.
     fn walk(&self, candidate: &Morphology, case: Case, look: &mut Look<'_>) -> Walked;
 }

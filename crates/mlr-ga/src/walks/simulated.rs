@@ -9,14 +9,14 @@ use crate::comparison::ComparableWalk;
 #[derive(Debug)]
 pub struct SimulatedWalks {
     simulators: BTreeMap<Case, Simulator>,
-    /// Gait times at which a walk under way is shown.
+    /// Gait times of the checkpoints.
     looks_s: Vec<f64>,
 }
 
 impl SimulatedWalks {
     /// Simulates the robot in each of the cases, whose variations are those of the
-    /// list, long enough for `samples` samples of a [`ComparableWalk`]. Walks are
-    /// shown when they have as many samples as `looks` says.
+    /// list, long enough for `samples` samples of a [`ComparableWalk`], with checkpoints
+    /// after `looks` samples.
     ///
     /// # Errors
     /// [`ModelError`] when robot, gait, settings and variations do not fit.

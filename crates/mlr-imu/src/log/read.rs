@@ -18,7 +18,8 @@ const MAX_MISSING_RAW_SHARE: f64 = 0.01;
 ///
 /// # Errors
 /// [`LogError`] naming file and, where it applies, line and column.
-pub fn read_log(path: &Path, columns: &Columns) -> Result<Recording, LogError> {
+pub fn read_log(path: impl AsRef<Path>, columns: &Columns) -> Result<Recording, LogError> {
+    let path = path.as_ref();
     LogTable::open(path, LogLimits::default())
         .and_then(|table| Recording::from_table(table, columns))
         .map_err(|problem| LogError {

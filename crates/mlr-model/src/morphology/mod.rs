@@ -2,6 +2,7 @@
 
 mod enumeration;
 mod link_logic;
+mod rows;
 mod text;
 
 pub use enumeration::Morphologies;
@@ -188,17 +189,6 @@ impl Morphology {
         (0..self.legs())
             .flat_map(|leg| (0..self.links(leg)).map(move |link| (leg, link)))
             .map(|(leg, link)| self.exists(leg, link))
-            .collect()
-    }
-
-    /// One list of existence numbers per leg, as in JSON output.
-    pub fn to_rows(&self) -> Vec<Vec<u8>> {
-        (0..self.legs())
-            .map(|leg| {
-                (0..self.links(leg))
-                    .map(|link| u8::from(self.exists(leg, link)))
-                    .collect()
-            })
             .collect()
     }
 

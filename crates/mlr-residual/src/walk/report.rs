@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use mlr_filter::{Axes, Axis};
+use mlr_model::Morphology;
 use serde::{Deserialize, Serialize};
 
 use super::{AxisResidual, Sensing};
@@ -10,10 +11,10 @@ use super::{AxisResidual, Sensing};
 /// Why the walk of a robot differs from that of its model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WalkExplanation {
-    /// Existence numbers as identified at first, leg by leg.
-    pub morphology_before: Vec<Vec<u8>>,
+    /// The morphology as identified at first.
+    pub morphology_before: Morphology,
     /// The same with all effects in place.
-    pub morphology: Vec<Vec<u8>>,
+    pub morphology: Morphology,
     /// Numbers (from 1) of the legs that miss a link.
     pub damaged_legs: Vec<usize>,
     /// Effects in the order added; empty where the model lacks nothing.

@@ -1,5 +1,7 @@
 //! The longer stretch of a damaged walk that an explanation needs.
 
+use mlr_ga::WalkStart;
+
 use super::{Request, handed_out::HandedOut, recent::Recent};
 
 /// A damaged walk from its flag on.
@@ -19,8 +21,7 @@ pub(super) enum ExplainableWalk {
 
 /// Windows of identification that an explanation takes: one to fit, one to judge.
 const WINDOWS: f64 = 2.0;
-/// An explanation finds the start of the walk by itself: so much standing must be on
-/// record.
+/// So much standing must be on record: the offsets of the angles at rest come from it.
 const LEAST_STANDING_S: f64 = 1.0;
 /// Standing longer ago than this before the walk tells nothing.
 const STANDING_S: f64 = 8.0;
@@ -65,12 +66,12 @@ impl ExplainableWalk {
         }
         let shown = motion_start_s
             .filter(|start_s| recent.reaches_back_to(start_s - LEAST_STANDING_S))
-            .and_then(|start_s| recent.recording(start_s - STANDING_S));
-        *self = shown.map_or(Self::None, |recording| {
+            .and_then(|start_s| Some((start_s, recent.recording(start_s - STANDING_S)?)));
+        *self = shown.map_or(Self::None, |(start_s, recording)| {
             Self::Grown(Request {
                 number: handed_out.next(now_s),
                 recording,
-                motion_start_s,
+                walk_start: WalkStart::ObservedAtS(start_s),
                 from_s,
             })
         });

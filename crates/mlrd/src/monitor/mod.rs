@@ -12,6 +12,7 @@ pub use request::Request;
 use mlr_filter::{
     Assessment, Axes, DamageDetector, DetectorSettings, MotionSettings, MotionStart, SettingError,
 };
+use mlr_ga::WalkStart;
 
 use self::{
     explainable_walk::ExplainableWalk,
@@ -19,7 +20,7 @@ use self::{
     recent::{PAUSE_S, Recent},
     swings::{RecentSwings, differs},
 };
-use crate::{event::Kind, sensor::Attitude};
+use crate::{attitude::Attitude, event::Kind};
 
 /// Watches a stream of orientations.
 ///
@@ -287,7 +288,9 @@ impl Monitor {
                     actions.push(Action::Identify(Request {
                         number,
                         recording,
-                        motion_start_s: self.motion_start_s,
+                        walk_start: self
+                            .motion_start_s
+                            .map_or(WalkStart::FoundInRecording, WalkStart::ObservedAtS),
                         from_s: since_s,
                     }));
                 }

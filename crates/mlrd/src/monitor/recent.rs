@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use mlr_filter::{Axes, OrientationSeries};
 
-use crate::sensor::Attitude;
+use crate::attitude::Attitude;
 
 /// Orientations, none older than some seconds.
 #[derive(Debug)]

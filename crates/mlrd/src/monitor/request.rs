@@ -1,6 +1,7 @@
 //! What the monitor asks for.
 
 use mlr_filter::OrientationSeries;
+use mlr_ga::WalkStart;
 use mlr_residual::walk::Sensing;
 
 use super::RequestNumber;
@@ -12,8 +13,8 @@ pub struct Request {
     pub number: RequestNumber,
     /// The last seconds.
     pub recording: OrientationSeries,
-    /// When the walk started, if known.
-    pub motion_start_s: Option<f64>,
+    /// When the walk started, if that was observed.
+    pub walk_start: WalkStart,
     /// Where the stretch to compare begins.
     pub from_s: f64,
 }
@@ -26,7 +27,10 @@ impl Request {
         Self {
             number: self.number,
             recording: sensing.correct(&self.recording),
-            motion_start_s: self.motion_start_s.map(|time_s| time_s - sensing.delay_s),
+            walk_start: match self.walk_start {
+                WalkStart::ObservedAtS(time_s) => WalkStart::ObservedAtS(time_s - sensing.delay_s),
+                other => other,
+            },
             from_s: self.from_s - sensing.delay_s,
         }
     }
@@ -45,7 +49,7 @@ mod tests {
         let request = Request {
             number: RequestNumber::default(),
             recording: OrientationSeries::new(times_s, Axes::from_fn(|_| tilted.clone())).unwrap(),
-            motion_start_s: Some(0.2),
+            walk_start: WalkStart::ObservedAtS(0.2),
             from_s: 0.5,
         };
         let sensing = Sensing {
@@ -55,7 +59,10 @@ mod tests {
         };
         let corrected = request.corrected(&sensing);
         assert!((corrected.from_s - 0.46).abs() < 1e-9);
-        assert!((corrected.motion_start_s.unwrap() - 0.16).abs() < 1e-9);
+        let WalkStart::ObservedAtS(start_s) = corrected.walk_start else {
+            panic!("{:?}", corrected.walk_start);
+        };
+        assert!((start_s - 0.16).abs() < 1e-9);
         assert!((corrected.recording.times_s()[0] + 0.04).abs() < 1e-9);
         assert!(corrected.recording.angles_rad().roll[0].abs() < 1e-9);
         assert!((corrected.recording.angles_rad().pitch[0] - 0.1).abs() < 1e-9);

@@ -166,8 +166,8 @@ pub fn explain_walk(
             .push("the log does not show the robot standing: offsets at rest are not known".into());
     }
     Ok(WalkExplanation {
-        morphology_before: suspect.morphology.to_rows(),
-        morphology: state.morphology.to_rows(),
+        morphology_before: suspect.morphology.clone(),
+        morphology: state.morphology.clone(),
         damaged_legs: state.morphology.damaged_legs(),
         effects,
         unexplained: left.unexplained,
