@@ -143,7 +143,12 @@ pub fn identify(
         cost_per_generation: found.cost_per_generation,
         frequencies: found.frequencies,
         log_quality: measured.quality().clone(),
-        warnings: measured.warnings().to_vec(),
+        warnings: measured
+            .warnings()
+            .iter()
+            .cloned()
+            .chain(model.atlas.and_then(Atlas::warning))
+            .collect(),
         signals: ComparedSignals {
             rate_hz: settings.filter.rate_hz,
             measured: measured.conditioned().clone(),
