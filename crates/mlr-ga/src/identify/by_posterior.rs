@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     AnswerError, Evaluations, Model, Progress, WalkObjective,
+    atlas::Atlas,
     belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
     mean_error_deg,
@@ -77,7 +78,7 @@ pub(super) fn verdict(
         evaluations: evaluations.len(),
         diverged: evaluations.diverged(),
         searched,
-        warnings: Vec::new(),
+        warnings: model.atlas.and_then(Atlas::warning).into_iter().collect(),
     })
 }
 
