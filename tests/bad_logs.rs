@@ -7,7 +7,7 @@
 use std::{f64::consts::PI, fs, io::Write, path::Path};
 
 use flate2::bufread::GzDecoder;
-use mlr_ga::{AnswerError, DetectionSettings, IdentifySettings, Model, Search, detect, identify};
+use mlr_ga::{AnswerError, DetectionSettings, IdentifySettings, Model, detect, identify};
 use mlr_golden_tests::{data, shaft_sensor_columns};
 use mlr_imu::{Columns, LogLimits, LogTable, Mounting, Recording};
 use rayon::prelude::*;
@@ -300,9 +300,7 @@ fn identified(recording: &Recording) -> Result<f64, AnswerError> {
     let mut settings = IdentifySettings::default();
     // The nominal model is enough to be confident, and takes half the time.
     settings.variations.truncate(1);
-    let search = Search::Genetic { repeats: 1 };
-    identify(recording, Model::jethexa(), &settings, search, 1, &())
-        .map(|answer| answer.legs_probability)
+    identify(recording, Model::jethexa(), &settings, &()).map(|answer| answer.legs_probability)
 }
 
 /// The message without what differs from log to log.

@@ -4,7 +4,7 @@
 //! `cargo test --release -p mlr-golden-tests --test explain -- --ignored`
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use mlr_ga::{ExplainSettings, IdentifySettings, Model, Search, explain};
+use mlr_ga::{ExplainSettings, IdentifySettings, Model, explain};
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, read_log};
 use mlr_residual::walk::{Reported, TracingSettings, WalkExplanation};
@@ -18,12 +18,10 @@ fn explained(name: &str) -> (WalkExplanation, serde_json::Value) {
     identify.variations.truncate(1);
     let how = ExplainSettings {
         identify: &identify,
-        search: Search::Genetic { repeats: 1 },
         tracing: &TracingSettings {
             most_effects: 1,
             ..TracingSettings::default()
         },
-        seed: 1,
     };
     let found = explain(&recording, Model::jethexa(), how, &()).unwrap();
     let text = std::fs::read_to_string(data("logs/stand-in/truth.json")).unwrap();

@@ -5,9 +5,7 @@
 use std::{collections::BTreeMap, fs};
 
 use mlr_filter::OrientationSeries;
-use mlr_ga::{
-    DetectionSettings, Identification, IdentifySettings, Model, Search, detect, identify,
-};
+use mlr_ga::{DetectionSettings, Identification, IdentifySettings, Model, detect, identify};
 use mlr_golden_tests::data;
 use mlr_imu::{Columns, Recording, read_log};
 use mlr_model::Morphology;
@@ -48,12 +46,11 @@ enum Models {
 }
 
 fn identified(recording: &Recording, models: Models) -> Identification {
-    let search = Search::Genetic { repeats: 1 };
     let mut settings = IdentifySettings::default();
     if models == Models::Nominal {
         settings.variations.truncate(1);
     }
-    identify(recording, Model::jethexa(), &settings, search, 1, &()).unwrap()
+    identify(recording, Model::jethexa(), &settings, &()).unwrap()
 }
 
 /// The paper's detection figure: the damage of `detect-legs3-4` strikes at 19 s.

@@ -87,9 +87,9 @@ def leg_xml(leg, links):
     return f'<body pos="{x} {y} 0" euler="0 0 {yaw}">{coxa}</body>'
 
 
-def model(links):
+def model_xml(links):
     legs = "".join(leg_xml(leg, n) for leg, n in enumerate(links))
-    return mujoco.MjModel.from_xml_string(f"""
+    return f"""
 <mujoco>
   <compiler angle="degree"/>
   <option timestep="{STEP_S}" integrator="implicitfast" cone="elliptic" impratio="10"/>
@@ -103,11 +103,11 @@ def model(links):
       {legs}
     </body>
   </worldbody>
-</mujoco>""")
+</mujoco>"""
 
 
 def walk(links):
-    m = model(links)
+    m = mujoco.MjModel.from_xml_string(model_xml(links))
     d = mujoco.MjData(m)
     names = [(leg, j, f"{('coxa', 'femur', 'tibia')[j]}{leg}") for leg, n in enumerate(links) for j in range(n)]
     position = [m.jnt_qposadr[m.joint(name).id] for _, _, name in names]

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import effects
-from robot import LEGS, LINKS
+from robot import JETHEXA, LINKS, OCTOPOD
 from settings import draw_plant
 from walk import record
 
@@ -27,13 +27,13 @@ SIBLINGS = 3  # robots that show by how much bodies of one batch walk unlike eac
 FORMAT = ["%.5f"] + ["%.3f"] * 3 + ["%.4f"] * 3 + ["%.5f"] * 3
 
 
-def without(legs, left=0):
+def without(legs, left=0, robot=JETHEXA):
     """Links left on each leg when `legs` (numbered from 1) keep only `left` of theirs."""
-    return [left if leg + 1 in legs else LINKS for leg in range(LEGS)]
+    return [left if leg + 1 in legs else LINKS for leg in range(robot.legs)]
 
 
-def some_legs(rng, number):
-    return sorted(int(leg) + 1 for leg in rng.choice(LEGS, number, replace=False))
+def some_legs(rng, number, robot=JETHEXA):
+    return sorted(int(leg) + 1 for leg in rng.choice(robot.legs, number, replace=False))
 
 
 def any_damage(rng, healthy=0.10):
@@ -47,8 +47,8 @@ def any_damage(rng, healthy=0.10):
     return intact
 
 
-def robot_with(rng, intact):
-    plant = draw_plant(rng, intact)
+def robot_with(rng, intact, robot=JETHEXA):
+    plant = draw_plant(rng, intact, robot)
     plant.locked = bool(any(links < LINKS for links in intact) and rng.random() < 0.5)
     return plant
 
@@ -65,21 +65,26 @@ def paper(rng, index):
 
 def legs(rng, index):
     """Healthy, every leg, some pairs, every leg without its last one or two links."""
-    each = range(1, LEGS + 1)
+    each = range(1, JETHEXA.legs + 1)
     cases = [without([])] + [without([leg]) for leg in each] + [without(some_legs(rng, 2)) for _ in each]
     cases += [without([leg], 1) for leg in each] + [without([leg], 2) for leg in each]
     intact = cases[index % len(cases)]
     return intact, robot_with(rng, intact), []
 
 
+def rough_slope(rng, plant):
+    """A slope of 7° covered with bumps of about 1 cm."""
+    return [
+        effects.apply(plant, "slope", effects.slope(rng, 7.0, 7.0)),
+        effects.apply(plant, "rubble", effects.rubble(rng, 0.008, 0.012)),
+    ]
+
+
 def harsh(rng, index):
     """Any damage on a slope of 7° covered with bumps of about 1 cm."""
     intact = any_damage(rng, healthy=0.0)
     plant = robot_with(rng, intact)
-    return intact, plant, [
-        effects.apply(plant, "slope", effects.slope(rng, 7.0, 7.0)),
-        effects.apply(plant, "rubble", effects.rubble(rng, 0.008, 0.012)),
-    ]
+    return intact, plant, rough_slope(rng, plant)
 
 
 def slow(rng, index):
@@ -144,7 +149,7 @@ def belly(rng, index):
     for leg in group:
         intact[leg - 1] = int(rng.choice([0, 0, 0, 1, 2]))
     if rng.random() < 0.3:
-        intact[int(rng.choice([leg for leg in range(LEGS) if leg + 1 not in group]))] = 0
+        intact[int(rng.choice([leg for leg in range(JETHEXA.legs) if leg + 1 not in group]))] = 0
     return intact, robot_with(rng, intact), []
 
 
@@ -155,7 +160,7 @@ def strange(rng, index):
     plant = robot_with(rng, intact)
     match kind:
         case "phases":
-            plant.gait = {"phase": tuple(float(p) for p in rng.permutation(LEGS) / LEGS)}
+            plant.gait = {"phase": tuple(float(p) for p in rng.permutation(JETHEXA.legs) / JETHEXA.legs)}
         case "sideways":
             plant.gait = {"heading_rad": float(rng.choice([-1.0, 1.0])) * math.radians(rng.uniform(60.0, 120.0))}
         case "backward":
@@ -173,10 +178,33 @@ def strange(rng, index):
     return intact, plant, [{"kind": kind, "parameters": {}}]
 
 
+def octopod(rng, index):
+    """The octopod with none to four damaged legs, half of which keep one or two links."""
+    intact = without([], robot=OCTOPOD)
+    for leg in some_legs(rng, index % 5, OCTOPOD):
+        intact[leg - 1] = int(rng.choice([0, 0, 1, 2]))
+    return intact, robot_with(rng, intact, OCTOPOD), []
+
+
+PAPER_TESTS = [  # damaged legs, links left on them, tests: the paper's table of results
+    ([3], 0, 2), ([5], 0, 2), ([1, 4], 0, 4), ([3, 4], 0, 2), ([3, 4], 1, 2), ([3, 4], 2, 2), ([4, 5], 0, 2),
+    ([2, 3], 0, 2),
+]
+
+
+def tests(rng, index):
+    """The paper's 18 tests, then legs 1 and 4 on its harsh ground; lost links are locked, as the paper's were."""
+    each = [without(legs, left) for legs, left, count in PAPER_TESTS for _ in range(count)]
+    intact = each[index] if index < len(each) else without([1, 4])
+    plant = draw_plant(rng, intact)
+    plant.locked = True
+    return intact, plant, rough_slope(rng, plant) if index >= len(each) else []
+
+
 # A log depends on its set's place in this list: new sets come last.
 SETS = {
     "paper": paper, "legs": legs, "harsh": harsh, "slow": slow, "wild": wild, "effects": undeclared, "detect": detect,
-    "belly": belly, "strange": strange,
+    "belly": belly, "strange": strange, "octopod": octopod, "tests": tests,
 }
 
 
@@ -206,7 +234,7 @@ def trace(args, index, walk, rng):
     without = record(plain, intact, copy.deepcopy(rng)).columns
     changes = []
     for _ in range(SIBLINGS):
-        sibling = dataclasses.replace(plain, **body(draw_plant(again, intact)))
+        sibling = dataclasses.replace(plain, **body(draw_plant(again, intact, plain.robot)))
         changes.append(change(without, record(sibling, intact, copy.deepcopy(rng)).columns, plain.start))
     mean, swing = change(without, walk.columns, plain.start)
     spread = np.sqrt(np.mean(np.square(changes), axis=0))

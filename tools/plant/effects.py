@@ -3,7 +3,7 @@
 `apply` changes a plant's settings and returns the effect as it is written to
 truth: {"kind", "parameters"}, legs, links and joints numbered from 1. `draw`
 picks the parameters of a weak or strong effect. Angles of slopes and pulls are
-in the robot's starting body frame (x forward, y left).
+in the robot's starting body frame (x forward, y left). The ranges are the JetHexa's.
 
 Beyond the kinds a model may know there are four that it does not: a vibrating
 arm on the body, a loose IMU mount, a leg whose servos drop out, and a gyroscope
@@ -13,7 +13,8 @@ axis with hysteresis. The arm and the dropouts begin with the walk.
 import contextlib
 import math
 
-import gait
+from gait import Gait
+from robot import JETHEXA
 
 OUTSIDE = ("vibrating_arm", "loose_mount", "intermittent_leg", "gyro_hysteresis")
 PAYLOAD_HEIGHT_M = 0.05
@@ -131,7 +132,7 @@ def rubble(rng, low_m, high_m):
 
 def stuck_joint(rng, intact, low, high):
     leg, joint = a_leg(rng, intact), int(rng.integers(1, 4))
-    angle = gait.joint_angles(leg - 1, 0.0)[joint - 1] + sign(rng) * rng.uniform(low, high)
+    angle = Gait(JETHEXA).joint_angles(leg - 1, 0.0)[joint - 1] + sign(rng) * rng.uniform(low, high)
     return {"leg": leg, "joint": joint, "angle_rad": angle}
 
 

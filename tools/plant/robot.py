@@ -1,30 +1,69 @@
-"""The Hiwonder JetHexa and its ground, as a MuJoCo model.
+"""The robots and their ground, as a MuJoCo model.
 
-The facts are those of `data/robot/jethexa.toml`, written down a second time so
-that nothing is shared with the program under test. SI units; body frame x
-forward, y left, z up; every angle zero = leg straight out and horizontal; a
-positive femur or tibia angle lifts the link. Leg and link indices start at 0
+The facts are those of `data/robot/*.toml` and `data/gait/*.toml`, written down a
+second time so that nothing is shared with the program under test. SI units; body
+frame x forward, y left, z up; every angle zero = leg straight out and horizontal;
+a positive femur or tibia angle lifts the link. Leg and link indices start at 0
 here, and at 1 in everything that is written to a file.
 """
 
 import math
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-LEGS, LINKS = 6, 3
-HIPS = [  # x [m], y [m], yaw [deg]
-    (0.093205, 0.05098, 45), (0.093205, -0.05098, -45), (0.0, 0.073535, 90),
-    (0.0, -0.073535, -90), (-0.093205, 0.05098, 135), (-0.093205, -0.05098, -135),
-]
+
+@dataclass(frozen=True)
+class Robot:
+    """What robots differ by; links, servos and stance are the same."""
+
+    hips: tuple  # of each leg: x [m], y [m], yaw [deg]
+    feet: tuple  # of each leg, standing: x [m], y [m]
+    phase: tuple  # of each leg in the nominal gait, as a share of the period
+    body_mass_kg: float
+    body_inertia: tuple  # [kg m²]
+    body_size_m: tuple
+    body_com_m: tuple
+
+    @property
+    def legs(self):
+        return len(self.hips)
+
+
+JETHEXA = Robot(
+    hips=(
+        (0.093205, 0.05098, 45), (0.093205, -0.05098, -45), (0.0, 0.073535, 90),
+        (0.0, -0.073535, -90), (-0.093205, 0.05098, 135), (-0.093205, -0.05098, -135),
+    ),
+    feet=(
+        (0.1636, 0.1508), (0.1636, -0.1508), (0.0, 0.1935),
+        (0.0, -0.1935), (-0.1636, 0.1508), (-0.1636, -0.1508),
+    ),
+    phase=(0.0, 0.5, 0.5, 0.0, 0.0, 0.5),
+    body_mass_kg=1.369, body_inertia=(0.005842, 0.023327, 0.026334),
+    body_size_m=(0.21, 0.156, 0.036), body_com_m=(0.0, 0.0, 0.02),
+)
+OCTOPOD = Robot(
+    hips=(
+        (0.150, 0.051, 45), (0.150, -0.051, -45), (0.050, 0.0735, 75), (0.050, -0.0735, -75),
+        (-0.050, 0.0735, 105), (-0.050, -0.0735, -105), (-0.150, 0.051, 135), (-0.150, -0.051, -135),
+    ),
+    feet=(
+        (0.220, 0.151), (0.220, -0.151), (0.080, 0.190), (0.080, -0.190),
+        (-0.080, 0.190), (-0.080, -0.190), (-0.220, 0.151), (-0.220, -0.151),
+    ),
+    phase=(0.0, 0.5, 0.5, 0.0, 0.0, 0.5, 0.5, 0.0),
+    body_mass_kg=1.6, body_inertia=(0.003418, 0.014693, 0.017765),
+    body_size_m=(0.33, 0.156, 0.036), body_com_m=(0.02, 0.0, 0.02),
+)
+LINKS = 3
 LENGTH_M = (0.04505, 0.07703, 0.123)
 LINK_MASS_KG = (0.02556, 0.08807, 0.08993)
 LINK_COM_M = (0.020, 0.0385, 0.0565)
 LINK_INERTIA = ((1.0e-5, 1.4e-5), (2.2e-5, 7.0e-5), (1.6e-5, 1.2e-4))  # along, across [kg m²]
 JOINT_AXIS = ("0 0 1", "0 -1 0", "0 -1 0")
-BODY_MASS_KG, BODY_INERTIA = 1.369, (0.005842, 0.023327, 0.026334)
-BODY_SIZE_M = (0.21, 0.156, 0.036)
 FOOT_RADIUS_M, FEMUR_RADIUS_M, TIBIA_RADIUS_M = 0.012, 0.012, 0.008
 FEMUR_FREE_M = 0.03  # its hip end, inside the coxa's bracket, touches nothing
 STANDING_HEIGHT_M = 0.090
@@ -82,7 +121,7 @@ def leg_xml(plant, leg, links):
     inner = ""
     for link in reversed(range(links)):
         inner = link_xml(plant, leg, link, inner)
-    x, y, yaw = HIPS[leg]
+    x, y, yaw = plant.robot.hips[leg]
     return f'<body pos="{x} {y} 0" euler="0 0 {yaw}">{inner}</body>' if links else ""
 
 
@@ -140,10 +179,11 @@ def model(plant, links):
             f' size="{half} {half} {plant.rubble_m} 0.1"/></asset>'
         )
         floor = floor.replace('type="plane" size="5 5 0.1"', 'type="hfield" hfield="rubble"')
-    present = [(leg, link) for leg in range(LEGS) for link in range(links[leg])]
+    robot = plant.robot
+    present = [(leg, link) for leg in range(robot.legs) for link in range(links[leg])]
     height = STANDING_HEIGHT_M + plant.rubble_m + 0.003
-    com, size = plant.body_com, [s / 2 for s in BODY_SIZE_M]
-    inertia = " ".join(str(i * plant.mass_scale) for i in BODY_INERTIA)
+    com, size = plant.body_com, [s / 2 for s in robot.body_size_m]
+    inertia = " ".join(str(i * plant.mass_scale) for i in robot.body_inertia)
     built = mujoco.MjModel.from_xml_string(f"""
 <mujoco>
   <compiler angle="degree"/>
@@ -155,11 +195,11 @@ def model(plant, links):
     {floor}
     <body name="body" pos="0 0 {height}">
       <freejoint/>
-      <inertial pos="{com[0]} {com[1]} {com[2]}" mass="{BODY_MASS_KG * plant.mass_scale}" diaginertia="{inertia}"/>
+      <inertial pos="{com[0]} {com[1]} {com[2]}" mass="{robot.body_mass_kg * plant.mass_scale}" diaginertia="{inertia}"/>
       <geom name="body" type="box" size="{size[0]} {size[1]} {size[2]}"/>
       <site name="imu" pos="0 0 {IMU_HEIGHT_M}"/>
       {payload_xml(plant)}
-      {''.join(leg_xml(plant, leg, links[leg]) for leg in range(LEGS))}
+      {''.join(leg_xml(plant, leg, links[leg]) for leg in range(robot.legs))}
     </body>
   </worldbody>
   <actuator>{''.join(servo_xml(plant, leg, link) for leg, link in present)}</actuator>

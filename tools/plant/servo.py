@@ -33,7 +33,7 @@ class Servos:
         self.offset = np.array([plant.joint_offset_rad[leg][link] for leg, link in joints])
         self.held = [(i, held[joint]) for i, joint in enumerate(joints) if joint in held]
         self.dropping = [i for i, (leg, _) in enumerate(joints) if plant.dropout and leg == plant.dropout["leg"] - 1]
-        self.gait = Gait(**plant.gait)
+        self.gait = Gait(plant.robot, **plant.gait)
         self.powered = True
         self.tick = None
         self.set_point = self.target = self.targets(0.0, -math.inf)

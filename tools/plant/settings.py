@@ -2,17 +2,13 @@
 
 A plain `Plant` is a robot on an even, hard floor; the fields after `locked` are
 what the effects of `effects.py` change. Angles in degrees or radians as named,
-the rest in SI units.
+the rest in SI units. Settings of each leg or link that are None stand at "nothing special".
 """
 
 import math
 from dataclasses import MISSING, dataclass, field, fields
 
-from robot import LEGS, LINKS
-
-
-def per_link(value):
-    return lambda: [[value] * LINKS for _ in range(LEGS)]
+from robot import JETHEXA, LINKS, Robot
 
 
 def zeros(n):
@@ -21,6 +17,7 @@ def zeros(n):
 
 @dataclass
 class Plant:
+    robot: Robot  # its facts
     kp: float  # servo stiffness [N m/rad]
     kd: float  # servo damping [N m s/rad]
     mu: float  # ground friction
@@ -40,7 +37,7 @@ class Plant:
     period_scale: float  # true gait period / nominal gait period
     start: float  # first motion command [s]
     locked: bool = False  # lost links held clear of the ground; False: cut off
-    locked_pose: list = field(default_factory=per_link(0.0))  # where they are held [rad]
+    locked_pose: list | None = None  # where they are held [rad]
     gait: dict = field(default_factory=dict)  # what it has other than the nominal one: `gait.Gait`
     walk_s: float = 10.0  # from the start to the end of the log
     damage_s: float = -math.inf  # when a walking robot loses the links (locked only)
@@ -50,11 +47,11 @@ class Plant:
     slope_dir_deg: float = 0.0  # uphill, starting body frame
     rubble_m: float = 0.0  # height of the bumps
     rubble_seed: int = 0
-    foot_mu: list = field(default_factory=zeros(LEGS))  # 0: as mu
-    leg_gain: list = field(default_factory=lambda: [1.0] * LEGS)  # of stiffness and torque
+    foot_mu: list | None = None  # 0: as mu
+    leg_gain: list | None = None  # of stiffness and torque
     stuck: dict = field(default_factory=dict)  # leg, joint, angle_rad
-    joint_offset_rad: list = field(default_factory=per_link(0.0))
-    length_lost_m: list = field(default_factory=per_link(0.0))
+    joint_offset_rad: list | None = None
+    length_lost_m: list | None = None
     ground_stiffness_npm: float | None = None  # of one foot, standing [N/m]
     force_n: list = field(default_factory=zeros(3))  # on the body, ground frame
     vibration: dict = field(default_factory=dict)  # axis, torque_nm, frequency_hz
@@ -67,26 +64,45 @@ class Plant:
 
     def to_json(self):
         """The settings, without those that stand at "nothing special"."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.name == "locked" or self.differs(f)}
+        settings = [f for f in fields(self) if f.name != "robot"]
+        return {f.name: getattr(self, f.name) for f in settings if f.name == "locked" or self.differs(f)}
 
     def differs(self, setting):
         plain = setting.default if setting.default_factory is MISSING else setting.default_factory()
-        return getattr(self, setting.name) != plain
+        return getattr(self, setting.name) != self.plain_legs().get(setting.name, plain)
+
+    def plain_legs(self):
+        """The settings of each leg or link that stand at "nothing special"."""
+        legs = self.robot.legs
+
+        def per_link():
+            return [[0.0] * LINKS for _ in range(legs)]
+
+        return {
+            "locked_pose": per_link(), "foot_mu": [0.0] * legs, "leg_gain": [1.0] * legs,
+            "joint_offset_rad": per_link(), "length_lost_m": per_link(),
+        }
+
+    def __post_init__(self):
+        for name, value in self.plain_legs().items():
+            if getattr(self, name) is None:
+                setattr(self, name, value)
 
 
-def draw_plant(rng, intact):
+def draw_plant(rng, intact, robot=JETHEXA):
     """A robot as robots of one batch differ, standing for 1 to 2.5 s, rarely up to 6 s.
 
     `intact`: links left on each leg.
     """
     return Plant(
+        robot=robot,
         kp=rng.uniform(24.0, 36.0),
         kd=rng.uniform(0.45, 0.75),
         mu=rng.uniform(0.6, 0.85),
         latency=rng.uniform(0.004, 0.016),
         mass_scale=rng.uniform(0.97, 1.04),
-        link_mass_scale=rng.uniform(0.96, 1.04, (LEGS, LINKS)).tolist(),
-        body_com=[rng.uniform(-0.004, 0.004), rng.uniform(-0.004, 0.004), rng.uniform(0.016, 0.024)],
+        link_mass_scale=rng.uniform(0.96, 1.04, (robot.legs, LINKS)).tolist(),
+        body_com=[rng.uniform(c - 0.004, c + 0.004) for c in robot.body_com_m],
         backlash=rng.uniform(0.0, 0.006),
         armature=rng.uniform(0.0005, 0.0015),
         contact_time_s=rng.uniform(0.005, 0.014),

@@ -21,7 +21,7 @@ class Walk:
 
 def held_joints(plant, intact):
     """The joints that ignore the gait, with their angles: locked links and a stuck joint."""
-    lost = [(leg, link) for leg in range(robot.LEGS) for link in range(intact[leg], robot.LINKS)]
+    lost = [(leg, link) for leg in range(plant.robot.legs) for link in range(intact[leg], robot.LINKS)]
     held = {(leg, link): plant.locked_pose[leg][link] for leg, link in lost} if plant.locked else {}
     if plant.stuck:
         held[plant.stuck["leg"] - 1, plant.stuck["joint"] - 1] = plant.stuck["angle_rad"]
@@ -30,7 +30,7 @@ def held_joints(plant, intact):
 
 def lost_geoms(model, intact):
     parts = [(1, "femur"), (2, "tibia"), (2, "foot")]
-    names = [f"{name}{leg}" for leg in range(robot.LEGS) for link, name in parts if link >= intact[leg]]
+    names = [f"{name}{leg}" for leg in range(len(intact)) for link, name in parts if link >= intact[leg]]
     return [g for g in (mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names) if g >= 0]
 
 
@@ -45,7 +45,7 @@ def push_body(plant, data, body, t):
 
 def record(plant, intact, rng):
     """The log of a robot with `intact[leg]` links left on each leg."""
-    model = robot.model(plant, [robot.LINKS] * robot.LEGS if plant.locked else intact)
+    model = robot.model(plant, [robot.LINKS] * plant.robot.legs if plant.locked else intact)
     data = mujoco.MjData(model)
     body = model.body("body").id
     servos = Servos(plant, model, held_joints(plant, intact))

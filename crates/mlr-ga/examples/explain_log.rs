@@ -11,7 +11,7 @@
 
 use anyhow::Context;
 use mlr_ga::{
-    Columns, ExplainSettings, IdentifySettings, Model, Search, TracingSettings, explain, read_log,
+    Columns, ExplainSettings, IdentifySettings, Model, TracingSettings, explain, read_log,
 };
 
 fn main() -> anyhow::Result<()> {
@@ -20,8 +20,6 @@ fn main() -> anyhow::Result<()> {
     let settings = ExplainSettings {
         identify: &IdentifySettings::default(),
         tracing: &TracingSettings::default(),
-        search: Search::Genetic { repeats: 1 },
-        seed: 1,
     };
     let found = explain(&recording, Model::jethexa(), settings, &())?.explanation;
     println!("{}: {}", found.morphology, found.morphology.describe());

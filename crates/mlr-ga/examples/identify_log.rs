@@ -9,14 +9,13 @@
 )]
 
 use anyhow::Context;
-use mlr_ga::{Columns, IdentifySettings, Model, Search, identify, read_log};
+use mlr_ga::{Columns, IdentifySettings, Model, identify, read_log};
 
 fn main() -> anyhow::Result<()> {
     let log = std::env::args().nth(1).context("expected a log")?;
     let recording = read_log(log, &Columns::default())?;
     let settings = IdentifySettings::default();
-    let search = Search::Genetic { repeats: 1 };
-    let answer = identify(&recording, Model::jethexa(), &settings, search, 1, &())?;
+    let answer = identify(&recording, Model::jethexa(), &settings, &())?;
     println!("{}: {}", answer.morphology, answer.description);
     for (leg, probability) in (1..).zip(&answer.leg_damage_probability) {
         println!("leg {leg} is damaged: {:.1} %", 100.0 * probability);

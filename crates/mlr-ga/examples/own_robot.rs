@@ -13,7 +13,7 @@
 use std::fs;
 
 use anyhow::{Context, bail};
-use mlr_ga::{Columns, Gait, IdentifySettings, Model, Robot, Search, identify, read_log};
+use mlr_ga::{Columns, Gait, IdentifySettings, Model, Robot, identify, read_log};
 
 fn main() -> anyhow::Result<()> {
     let files: Vec<String> = std::env::args().skip(1).collect();
@@ -25,9 +25,8 @@ fn main() -> anyhow::Result<()> {
     let robot = Robot::from_toml(&read(robot)?)?;
     let gait = Gait::from_toml(&read(gait)?)?;
     let settings = IdentifySettings::default();
-    let search = Search::Genetic { repeats: 1 };
     let model = Model::new(&robot, &gait);
-    let answer = identify(&recording, model, &settings, search, 1, &())?;
+    let answer = identify(&recording, model, &settings, &())?;
     println!("{}: {}", robot.name(), answer.description);
     for (leg, probability) in robot.legs().iter().zip(&answer.leg_damage_probability) {
         println!("{} is damaged: {:.1} %", leg.name, 100.0 * probability);

@@ -52,6 +52,9 @@ pub enum AnswerError {
     /// The search needs an atlas and there is none.
     #[error("no atlas to search; `mlr-ga atlas build` makes one")]
     NoAtlas,
+    /// The paper's method does not search an atlas.
+    #[error("the paper's method simulates every candidate, expected search \"ga\" or \"exact\"")]
+    AtlasForPaper,
     /// The window reaches beyond the walks of the atlas.
     #[error("walks of {needed_s:.1} s are needed, the atlas holds {there_s:.1} s")]
     AtlasTooShort {

@@ -12,7 +12,7 @@ use serde::{
 };
 use thiserror::Error;
 
-use crate::IdentifySettings;
+use crate::{IdentifySettings, Method};
 
 /// The settings that the command line and the daemon share, each part a section of the file.
 ///
@@ -57,26 +57,45 @@ pub enum ConfigurationError {
 impl Configuration {
     /// Reads and checks a configuration: a file with sections, such as the daemon's, whose
     /// own keys are skipped; or the settings of the identification alone. What is not named
-    /// keeps its default.
+    /// keeps its default, which for the identification is the preset of its method.
     ///
     /// # Errors
     /// [`ConfigurationError`] names the line, and the key as the file spells it.
     pub fn from_toml(text: &str) -> Result<Self, ConfigurationError> {
-        let keys: toml::Table = toml::from_str(text)?;
-        if keys
+        Self::from_toml_for(text, None)
+    }
+
+    /// The same with another method than the one that the file names.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names the line, and the key as the file spells it.
+    pub fn from_toml_for(text: &str, method: Option<Method>) -> Result<Self, ConfigurationError> {
+        let mut keys: toml::Table = toml::from_str(text)?;
+        let is_sectioned = keys
             .keys()
-            .any(|key| Sections::KEYS.contains(&key.as_str()))
-        {
-            let configuration: Self = toml::from_str::<Sections>(text)?.into();
-            configuration
-                .check()
-                .map_err(|error| located(error, text))?;
-            return Ok(configuration);
-        }
-        Ok(Self {
-            identification: checked_toml(text, IdentifySettings::check)?,
-            ..Self::default()
-        })
+            .any(|key| Sections::KEYS.contains(&key.as_str()));
+        let mut read: Self = if is_sectioned {
+            toml::from_str::<Sections>(text)?.into()
+        } else {
+            Self {
+                identification: toml::from_str(text)?,
+                ..Self::default()
+            }
+        };
+        let named = match is_sectioned {
+            true => keys.remove("identification"),
+            false => Some(toml::Value::Table(keys)),
+        };
+        read.identification = over_preset(
+            method.unwrap_or(read.identification.method),
+            named.unwrap_or_else(|| toml::Table::new().into()),
+        )?;
+        let checked = match is_sectioned {
+            true => read.check(),
+            false => read.identification.check(),
+        };
+        checked.map_err(|error| located(error, text))?;
+        Ok(read)
     }
 
     /// Checks every number.
@@ -92,6 +111,32 @@ impl Configuration {
             checked.map_err(|error| error.under(section))?;
         }
         Ok(())
+    }
+}
+
+/// The settings that a file names, over the preset of the method.
+fn over_preset(method: Method, named: toml::Value) -> Result<IdentifySettings, ConfigurationError> {
+    let mut settings =
+        toml::Value::try_from(IdentifySettings::of(method)).expect("settings have a form in TOML");
+    lay_over(&mut settings, named);
+    let settings: IdentifySettings = settings.try_into()?;
+    Ok(IdentifySettings { method, ..settings })
+}
+
+/// Replaces the values that `named` has, table by table.
+fn lay_over(settings: &mut toml::Value, named: toml::Value) {
+    match (settings, named) {
+        (toml::Value::Table(settings), toml::Value::Table(named)) => {
+            for (key, value) in named {
+                match settings.get_mut(&key) {
+                    Some(known) => lay_over(known, value),
+                    None => {
+                        settings.insert(key, value);
+                    }
+                }
+            }
+        }
+        (settings, named) => *settings = named,
     }
 }
 
@@ -192,6 +237,26 @@ mod tests {
         assert_eq!(read.tracing.most_effects, 1);
         assert_eq!(read.identification.detector.step_s, 0.05);
         assert_ne!(read.full_scale, FullScale::default());
+    }
+
+    #[test]
+    fn a_method_brings_its_preset_and_the_file_has_the_last_word() {
+        let paper = IdentifySettings::of(Method::Paper);
+        let read = |text| Configuration::from_toml(text).unwrap().identification;
+        assert_eq!(read("method = 'paper'"), paper);
+        assert_eq!(read("[identification]\nmethod = 'paper'"), paper);
+        let changed = read("method = 'paper'\n[genetic]\ngenerations = 40");
+        assert_eq!(changed.genetic.generations, 40);
+        assert_eq!(changed.genetic.islands, paper.genetic.islands);
+        let asked = Configuration::from_toml_for("window_s = 4.0", Some(Method::Paper)).unwrap();
+        assert_eq!(
+            asked.identification,
+            IdentifySettings {
+                window_s: 4.0,
+                ..paper
+            }
+        );
+        assert_eq!(read("window_s = 5.0"), IdentifySettings::default());
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! When the robot started to walk, and when it was damaged.
 
 use mlr_filter::{
-    DamageDetector, DetectorSettings, MotionSettings, MotionStart, OrientationSeries, SettingError,
+    Assessment, DamageDetector, DetectorSettings, MotionSettings, MotionStart, OrientationSeries,
+    SettingError,
 };
 use mlr_imu::{Recording, quality::LogQuality};
 use serde::Serialize;
@@ -72,6 +73,9 @@ pub struct Detection {
     pub log_quality: LogQuality,
     /// Warnings for people.
     pub warnings: Vec<String>,
+    /// What the detector made of each position of its window.
+    #[serde(skip)]
+    pub assessments: Vec<Assessment>,
 }
 
 /// Runs the damage detector over a recording.
@@ -123,25 +127,23 @@ pub(crate) fn detect_in(
     settings: DetectorSettings,
 ) -> Result<Detection, AnswerError> {
     let mut detector = DamageDetector::new(settings)?;
-    let mut damage_s = None;
-    let mut max_fluctuation_deg = 0.0_f64;
+    let mut assessments = Vec::new();
     let angles = recording.angles_rad();
     for (index, &time_s) in recording.times_s().iter().enumerate() {
         let assessment = detector.push(time_s, angles.roll[index], angles.pitch[index])?;
-        if let Some(assessment) = assessment {
-            max_fluctuation_deg = max_fluctuation_deg.max(assessment.fluctuation_deg);
-            if assessment.damaged {
-                damage_s = damage_s.or(Some(assessment.time_s));
-            }
-        }
+        assessments.extend(assessment);
     }
+    let damaged = assessments.iter().find(|assessment| assessment.damaged);
+    let damage_s = damaged.map(|assessment| assessment.time_s);
+    let fluctuations_deg = assessments.iter().map(|one| one.fluctuation_deg);
     Ok(Detection {
         motion_start_s: None,
         damage_s,
         flagged: damage_s.is_some(),
-        max_fluctuation_deg,
+        max_fluctuation_deg: fluctuations_deg.fold(0.0, f64::max),
         threshold_deg: settings.threshold_deg,
         log_quality: LogQuality::default(),
         warnings: Vec::new(),
+        assessments,
     })
 }

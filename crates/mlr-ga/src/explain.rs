@@ -18,7 +18,7 @@ use mlr_residual::{
 use thiserror::Error;
 
 use crate::{
-    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Model, Search,
+    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model, Search,
     WalkStart, identify,
 };
 
@@ -34,6 +34,9 @@ pub enum ExplainError {
     /// The walk started before the recording: the phase of the gait is unknown.
     #[error("the log does not show the start of the walk, expected the robot to stand first")]
     NoStart,
+    /// Effects are weighed against morphologies by their probabilities.
+    #[error("method: \"paper\" gives no probabilities to weigh effects by, expected \"mlr\"")]
+    MethodWithoutProbabilities,
 }
 
 impl ExplainError {
@@ -43,6 +46,7 @@ impl ExplainError {
             Self::Answer(error) => error.is_recordings_fault(),
             Self::Walk(error) => error.is_recordings_fault(),
             Self::NoStart => true,
+            Self::MethodWithoutProbabilities => false,
         }
     }
 }
@@ -61,12 +65,8 @@ pub struct Explained {
 pub struct ExplainSettings<'a> {
     /// The identification, with and without effects.
     pub identify: &'a IdentifySettings,
-    /// The search of the first identification.
-    pub search: Search,
     /// The search for effects.
     pub tracing: &'a TracingSettings,
-    /// Seed of the identifications.
-    pub seed: u64,
 }
 
 /// Candidate morphologies compared with the one identified, at most.
@@ -92,10 +92,11 @@ pub fn explain(
 ) -> Result<Explained, ExplainError> {
     let ExplainSettings {
         identify: identify_settings,
-        search,
         tracing,
-        seed,
     } = settings;
+    if identify_settings.method != Method::Mlr {
+        return Err(ExplainError::MethodWithoutProbabilities);
+    }
     let Model { robot, gait, .. } = model;
     let mut measured = MeasuredWalk::new(recording, gait, identify_settings)?;
     let from_the_start = IdentifySettings {
@@ -104,7 +105,7 @@ pub fn explain(
     };
     // A stretch that the settings name is used as it is.
     let was_damaged_before = identify_settings.from_s.is_none()
-        && was_damaged_before(recording, &measured, model, &from_the_start, search, seed);
+        && was_damaged_before(recording, &measured, model, &from_the_start);
     let identify_settings = if was_damaged_before {
         measured = MeasuredWalk::new(recording, gait, &from_the_start)?;
         &from_the_start
@@ -118,7 +119,7 @@ pub fn explain(
         identify_settings,
     )?;
     // The record comes first: a recording without one needs no search.
-    let identification = identify(recording, model, identify_settings, search, seed, progress)?;
+    let identification = identify(recording, model, identify_settings, progress)?;
     let nominal = WalkModel::nominal(
         robot.clone(),
         gait.clone(),
@@ -132,7 +133,6 @@ pub fn explain(
             WalkStart::FoundInRecording => WalkStart::ObservedAtS(measured.start().start_s),
             known => known,
         },
-        seed,
     };
     let explanation = explain_walk(&record, &nominal, &suspects, &again, tracing, progress)?;
     Ok(Explained {
@@ -181,8 +181,6 @@ fn was_damaged_before(
     measured: &MeasuredWalk,
     model: Model<'_>,
     from_the_start: &IdentifySettings,
-    search: Search,
-    seed: u64,
 ) -> bool {
     let GaitPhase::Elapsed { since_start_s } = measured.phase() else {
         return false;
@@ -191,7 +189,7 @@ fn was_damaged_before(
         window_s: since_start_s.min(from_the_start.window_s),
         ..from_the_start.clone()
     };
-    identify(recording, model, &before, search, seed, &())
+    identify(recording, model, &before, &())
         .is_ok_and(|found| !found.damaged_legs.is_empty() && found.legs_probability > SURE)
 }
 
@@ -233,7 +231,6 @@ struct Again<'a> {
     recording: &'a OrientationSeries,
     settings: &'a IdentifySettings,
     walk_start: WalkStart,
-    seed: u64,
 }
 
 impl Again<'_> {
@@ -245,11 +242,11 @@ impl Again<'_> {
             variations: self.settings.variations.iter().take(1).copied().collect(),
             simulation: model.simulation.clone(),
             walk_start: self.walk_start,
+            search: Some(Search::Ga),
             ..self.settings.clone()
         };
         let model = Model::new(&robot, &model.gait);
-        let search = Search::Genetic { repeats: 1 };
-        identify(&corrected.into(), model, &settings, search, self.seed, &()).ok()
+        identify(&corrected.into(), model, &settings, &()).ok()
     }
 }
 

@@ -1,14 +1,21 @@
 //! Finds the damaged legs of a legged robot in a recording of its body IMU.
 //!
-//! [`identify()`] is the whole method of the paper: it finds the start of the
-//! walk, brings the recording through the FFT filter, and searches the feasible
-//! morphologies for the one whose simulated walk differs least. The search is
-//! the paper's genetic algorithm ([`genetic`]) or the evaluation of every
-//! feasible morphology ([`exact`]); both minimise the paper's cost F
-//! ([`orientation_error_rad`]). [`detect()`] finds out when the damage happened.
+//! [`identify()`] finds the start of the walk, searches the feasible morphologies ([`genetic`],
+//! [`exact`]), and decides by one of two methods ([`Method`]):
+//!
+//! - **mlr**, the default: measured and simulated walk are compared by their spectra below the
+//!   filter's cutoff ([`comparison`]); likelihood times prior probability, over variations of
+//!   the model, gives a probability to every morphology ([`belief`]), and the most probable is
+//!   the answer. The search only proposes candidates. The paper's cost F is reported and decides
+//!   nothing.
+//! - **paper**, the method as published: F ([`PaperCost`]) on signals conditioned by Algorithm 2
+//!   of the paper, least over what the genetic algorithm meets; the most frequent result of ten
+//!   runs is the answer.
+//!
+//! [`detect()`] finds out when the damage happened, [`explain()`] what else the model lacks.
 //!
 //! ```
-//! use mlr_ga::{IdentifySettings, Model, Search, identify};
+//! use mlr_ga::{IdentifySettings, Model, identify};
 //! use mlr_model::{Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator};
 //!
 //! // A recording of a robot that stands for a second and then walks without leg 2.
@@ -23,8 +30,7 @@
 //!
 //! let mut settings = IdentifySettings { window_s: 2.0, ..Default::default() };
 //! settings.genetic.generations = 5;
-//! let search = Search::Genetic { repeats: 1 };
-//! let answer = identify(&walk.orientation.into(), Model::jethexa(), &settings, search, 1, &())?;
+//! let answer = identify(&walk.orientation.into(), Model::jethexa(), &settings, &())?;
 //! assert!(answer.damaged_legs.contains(&2));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -32,6 +38,7 @@
 mod answer_error;
 pub mod atlas;
 pub mod belief;
+mod compare;
 pub mod comparison;
 mod configuration;
 mod cost;
@@ -49,6 +56,7 @@ pub mod scoring;
 pub mod walks;
 
 pub use answer_error::AnswerError;
+pub use compare::{Comparison, compare};
 pub use configuration::{
     Configuration, ConfigurationError, LARGEST_SEED, checked_toml, most_threads,
 };
@@ -57,8 +65,8 @@ pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use explain::{ExplainError, ExplainSettings, Explained, ExplanationReport, explain};
 pub use identify::{
-    Alternative, Begins, BestFit, ComparedSignals, Frequency, GaitPhase, Identification,
-    IdentificationReport, IdentifySettings, MeasuredWalk, Search, SearchMethod, Stretch, WalkStart,
+    Alternative, Begins, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,
+    IdentificationReport, IdentifySettings, MeasuredWalk, Method, Search, Stretch, WalkStart,
     identify,
 };
 pub use model::Model;

@@ -1,17 +1,22 @@
-//! The paper's cost of single candidates, for the report.
+//! The paper's cost F of candidates: what decides by the paper's method, and what every report
+//! states.
 
 use mlr_filter::{Conditioned, FilterSettings, FourierFilter, SamplingLimits, Window};
 use mlr_model::{
     Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator,
 };
 
-use crate::{IdentifySettings, MeasuredWalk, comparison::ComparableWalk, orientation_error_rad};
+use crate::{
+    Evaluation, IdentifySettings, LossHypothesis, MeasuredWalk, Objective,
+    comparison::ComparableWalk, mean_error_deg, orientation_error_rad,
+};
 
 /// Simulates a candidate on the nominal model, filters its orientation and compares
 /// it with the filtered measurement by F.
 #[derive(Debug)]
 pub struct PaperCost {
     measured: Conditioned,
+    lost_links: LossHypothesis,
     /// Gait times at which the measured window may have begun. The candidate is
     /// compared from each, and the best counts.
     gait_times_s: Vec<f64>,
@@ -52,6 +57,7 @@ impl PaperCost {
             .collect::<Result<_, _>>()?;
         Ok(Self {
             measured: measured.conditioned().clone(),
+            lost_links: settings.lost_links,
             gait_times_s,
             simulators,
             filter: settings.filter,
@@ -87,6 +93,38 @@ impl PaperCost {
                 (simulated, cost_rad)
             })
             .min_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+}
+
+impl PaperCost {
+    /// What the lost links of the candidate must be for the least F, its walk after the filter,
+    /// and its cost. `None` when every walk diverged.
+    pub fn least(&self, candidate: &Morphology) -> Option<(LostLinks, Conditioned, f64)> {
+        self.lost_links
+            .cases_of(candidate)
+            .iter()
+            .filter_map(|&lost_links| {
+                let (simulated, cost_rad) = self.of(candidate, lost_links)?;
+                Some((lost_links, simulated, cost_rad))
+            })
+            .min_by(|(_, _, a), (_, _, b)| a.total_cmp(b))
+    }
+}
+
+impl Objective for PaperCost {
+    /// The cost is F per sample and axis, in degrees.
+    fn evaluate(&self, candidate: &Morphology, _limit_deg: f64) -> Evaluation {
+        let least = self.least(candidate);
+        Evaluation {
+            cost_deg: least
+                .as_ref()
+                .map_or(f64::INFINITY, |(_, simulated, cost_rad)| {
+                    mean_error_deg(*cost_rad, simulated.roll.len())
+                }),
+            fits: Vec::new(),
+            abandoned: false,
+            diverged: usize::from(least.is_none()),
+        }
     }
 }
 

@@ -1,36 +1,64 @@
-//! How long an average candidate takes to simulate on one core: prints the mean over
-//! morphologies given on the command line as remaining links per leg, as in
-//! `330333`. `tools/bench/mujoco_speed.py` runs it side by side with MuJoCo.
+//! Walks morphologies for `tools/bench/speed.py`, which measures the processor time of
+//! this program and compares the walks with finer ones.
+//!
+//! ```text
+//! walk_speed STEP_S REPEATS MORPHOLOGY…
+//! ```
+//!
+//! Every morphology, given by its existence numbers, walks REPEATS times with a time step
+//! of STEP_S. Prints a line for each: roll, pitch and yaw in radians every 20 ms of the walk.
 #![allow(
     clippy::print_stdout,
-    reason = "the figure is what this program is for"
+    reason = "the walks are what this program is for"
 )]
 
-use std::time::Instant;
+use std::{error::Error, fmt::Write};
 
-use mlr_model::{Gait, ModelError, Morphology, Robot, SimulationSettings, Simulator};
+use mlr_filter::OrientationSeries;
+use mlr_model::{Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator};
 
-fn main() -> Result<(), ModelError> {
+/// A multiple of every time step that is compared.
+const SAMPLE_S: f64 = 0.020;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let mut next = || {
+        arguments
+            .next()
+            .ok_or("STEP_S REPEATS MORPHOLOGY… expected")
+    };
+    let time_step_s: f64 = next()?.parse()?;
+    let repeats: usize = next()?.parse()?;
+
     let robot = Robot::jethexa();
     let layout = robot.layout();
-    let candidates: Vec<Morphology> = std::env::args()
-        .skip(1)
-        .map(|text| {
-            let healthy = Morphology::healthy(&layout);
-            text.chars()
-                .filter_map(|digit| digit.to_digit(10))
-                .enumerate()
-                .fold(healthy, |morphology, (leg, remaining)| {
-                    morphology.with_remaining(leg, remaining as usize)
-                })
-        })
-        .collect();
-    let simulator = Simulator::new(robot, &Gait::tripod(), SimulationSettings::default())?;
-    let started = Instant::now();
-    for candidate in &candidates {
-        std::hint::black_box(simulator.simulate(candidate));
+    let settings = SimulationSettings {
+        time_step_s,
+        ..Default::default()
+    };
+    let simulator = Simulator::new(robot, &Gait::tripod(), settings)?;
+    for text in arguments {
+        let morphology = Morphology::parse(&text, &layout)?;
+        for _ in 1..repeats {
+            std::hint::black_box(simulator.simulate(&morphology));
+        }
+        match simulator.simulate(&morphology) {
+            Outcome::Walked(trajectory) => println!("{}", line(&trajectory.orientation)),
+            Outcome::Diverged { at_s } => return Err(format!("{text} diverged at {at_s} s").into()),
+        }
     }
-    let mean_ms = 1e3 * started.elapsed().as_secs_f64() / candidates.len().max(1) as f64;
-    println!("{mean_ms:.3}");
     Ok(())
+}
+
+fn line(orientation: &OrientationSeries) -> String {
+    let times_s = orientation.times_s();
+    let stride = (SAMPLE_S / (times_s[1] - times_s[0])).round() as usize;
+    let angles = orientation.angles_rad();
+    let axes = angles.roll.iter().zip(&angles.pitch).zip(&angles.yaw);
+    let mut line = String::new();
+    for ((roll, pitch), yaw) in axes.step_by(stride) {
+        // Writing to a string cannot fail.
+        let _ = write!(line, "{roll:.7} {pitch:.7} {yaw:.7} ");
+    }
+    line
 }

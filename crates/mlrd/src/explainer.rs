@@ -113,9 +113,7 @@ impl Bench {
         };
         let settings = ExplainSettings {
             identify: &identify,
-            search: known.search(),
             tracing: &self.tracing,
-            seed: known.seed,
         };
         let explained = explain(
             &request.recording.clone().into(),
@@ -125,7 +123,7 @@ impl Bench {
         )?;
         Ok(ExplanationReport::new(
             known.source.clone(),
-            known.seed,
+            known.identification.seed,
             explained.explanation,
             explained.identification.log_quality,
             begin.elapsed(),

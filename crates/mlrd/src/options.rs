@@ -1,7 +1,11 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use clap::{Parser, builder::NonEmptyStringValueParser};
+use clap::{
+    Parser,
+    builder::{NonEmptyStringValueParser, PossibleValuesParser, TypedValueParser},
+};
+use mlr_ga::{IdentifySettings, Method};
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
 
 use crate::{FramingName, Settings};
@@ -44,6 +48,10 @@ pub struct Options {
     /// Threads for identification [default: all cores but one].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<usize>,
+    /// What decides which legs are damaged: mlr, or the paper's method as published, which needs
+    /// no atlas and explains nothing [default: mlr].
+    #[arg(long, value_parser = PossibleValuesParser::new(["mlr", "paper"]).try_map(|name| name.parse::<Method>()))]
+    method: Option<Method>,
     /// Seed of the genetic algorithm [default: 1].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
@@ -63,9 +71,12 @@ impl Options {
             Some(path) => {
                 let name = || path.display().to_string();
                 let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
-                Settings::checked_from_toml(&text).with_context(name)?
+                Settings::checked_from_toml(&text, self.method).with_context(name)?
             }
-            None => Settings::default(),
+            None => Settings {
+                identification: IdentifySettings::of(self.method.unwrap_or_default()),
+                ..Settings::default()
+            },
         };
         // A source on the command line replaces the file's, of whichever kind.
         if self.port.is_some() || self.i2c.is_some() {
@@ -112,6 +123,18 @@ impl Options {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_papers_method_brings_its_preset_and_no_explanations() {
+        let settings = |more: &[&str]| {
+            let arguments = ["mlrd", "--port", "/dev/ttyTHS1"].iter().chain(more);
+            Options::parse_from(arguments).settings().unwrap()
+        };
+        let paper = settings(&["--method", "paper"]);
+        assert_eq!(paper.identification, IdentifySettings::of(Method::Paper));
+        assert!(!paper.explains());
+        assert!(settings(&["--method", "mlr"]).explains());
+    }
 
     #[test]
     fn explanations_are_switched_off_by_name() {

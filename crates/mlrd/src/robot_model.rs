@@ -1,6 +1,6 @@
 //! What is known of the robot before it walks.
 
-use mlr_ga::{IdentifySettings, Model, Search, atlas::Atlas};
+use mlr_ga::{IdentifySettings, Model, atlas::Atlas};
 use mlr_model::{Gait, Robot};
 
 use crate::Settings;
@@ -12,8 +12,6 @@ pub struct RobotModel {
     atlas: Option<Atlas>,
     /// How it is identified.
     pub identification: IdentifySettings,
-    /// Seed of the genetic algorithm.
-    pub seed: u64,
     /// The port that recordings come from.
     pub source: String,
 }
@@ -34,8 +32,10 @@ impl RobotModel {
             robot,
             gait,
             atlas,
-            identification: settings.identification.clone(),
-            seed: settings.seed,
+            identification: IdentifySettings {
+                seed: settings.seed,
+                ..settings.identification.clone()
+            },
             source,
         })
     }
@@ -46,14 +46,6 @@ impl RobotModel {
             robot: &self.robot,
             gait: &self.gait,
             atlas: self.atlas.as_ref(),
-        }
-    }
-
-    /// How the morphologies are searched: in the atlas where there is one.
-    pub fn search(&self) -> Search {
-        match self.atlas {
-            Some(_) => Search::Atlas,
-            None => Search::Genetic { repeats: 1 },
         }
     }
 }

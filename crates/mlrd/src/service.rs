@@ -100,7 +100,7 @@ impl Service {
         let worker = Worker::new(settings, Arc::clone(&known), send_answer)?;
         let (send_explained, explanations) = mpsc::channel();
         let explainer = settings
-            .explain
+            .explains()
             .then(|| {
                 let tracing = settings.tracing.clone();
                 Explainer::new(known, tracing, messages.clone(), send_explained)

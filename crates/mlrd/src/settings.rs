@@ -7,7 +7,8 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use mlr_filter::SettingError;
 use mlr_ga::{
-    Configuration, ConfigurationError, IdentifySettings, LARGEST_SEED, checked_toml, most_threads,
+    Configuration, ConfigurationError, IdentifySettings, LARGEST_SEED, Method, checked_toml,
+    most_threads,
 };
 use mlr_imu::{FullScale, MAX_TEXT_BYTES, Mounting, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
@@ -149,12 +150,27 @@ impl Settings {
         toml::from_str(text)
     }
 
-    /// Reads and checks settings.
+    /// Reads and checks settings. The identification's are laid over the preset of the
+    /// `method`, or of the one that the file names.
     ///
     /// # Errors
     /// [`ConfigurationError`] names the line, and the key as the file spells it.
-    pub fn checked_from_toml(text: &str) -> Result<Self, ConfigurationError> {
-        checked_toml(text, Self::check)
+    pub fn checked_from_toml(
+        text: &str,
+        method: Option<Method>,
+    ) -> Result<Self, ConfigurationError> {
+        let settings: Self = checked_toml(text, Self::check)?;
+        let shared = Configuration::from_toml_for(text, method)?;
+        Ok(Self {
+            identification: shared.identification,
+            ..settings
+        })
+    }
+
+    /// Whether walks are explained: effects are weighed by probabilities, which the paper's
+    /// method does not have.
+    pub(crate) fn explains(&self) -> bool {
+        self.explain && self.identification.method == Method::Mlr
     }
 
     /// Checks every number and path. Whether there is a sensor is another question: the
@@ -287,7 +303,11 @@ mod tests {
 
     #[test]
     fn bounds_that_depend_on_each_other_or_the_machine_are_kept() {
-        let message = |text| Settings::checked_from_toml(text).unwrap_err().to_string();
+        let message = |text| {
+            Settings::checked_from_toml(text, None)
+                .unwrap_err()
+                .to_string()
+        };
         assert!(message("[record]\ntotal_mb = 1.0").starts_with("line 2: record.total_mb: 1"));
         assert!(message("i2c_rate_hz = 30.0").contains("45 to 1000 Hz"));
         assert!(message("threads = 100000").contains("on this machine"));
@@ -337,7 +357,7 @@ mod tests {
             ..Settings::default()
         };
         assert_eq!(
-            Settings::checked_from_toml(&text.join("\n")).unwrap(),
+            Settings::checked_from_toml(&text.join("\n"), None).unwrap(),
             defaults
         );
     }

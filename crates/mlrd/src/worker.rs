@@ -89,21 +89,11 @@ impl Worker {
             from_s: Some(request.from_s),
             ..known.identification.clone()
         };
-        let search = known.search();
-        let identification = self.pool.install(|| {
-            identify(
-                &request.recording.into(),
-                known.model(),
-                &settings,
-                search,
-                known.seed,
-                &(),
-            )
-        })?;
+        let identification = self
+            .pool
+            .install(|| identify(&request.recording.into(), known.model(), &settings, &()))?;
         Ok(IdentificationReport::new(
             known.source.clone(),
-            search,
-            known.seed,
             identification,
             begin.elapsed(),
         ))

@@ -59,7 +59,7 @@ fn every_number_is_accepted_with_sense_or_refused_by_name() {
             };
             let header = section.map_or(String::new(), |name| format!("[{name}]\n"));
             let text = format!("{header}{key} = {number}\n");
-            match Settings::checked_from_toml(&text) {
+            match Settings::checked_from_toml(&text, None) {
                 // Zero is a seed like any other.
                 Ok(_) => assert_eq!((key.as_str(), number.as_str()), ("seed", "0")),
                 Err(ConfigurationError::Setting(error)) => {

@@ -39,7 +39,7 @@ struct BuildOptions {
 pub(super) fn run(options: &AtlasOptions) -> anyhow::Result<()> {
     let AtlasCommand::Build(options) = &options.command;
     let started = Instant::now();
-    let settings = model_files::configuration(options.config.as_deref())?.identification;
+    let settings = model_files::configuration(options.config.as_deref(), None)?.identification;
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
     output::refuse_stdout(&options.output)?;

@@ -7,7 +7,12 @@ use clap::Args;
 use mlr_ga::{Detection, DetectionSettings, detect};
 use serde::Serialize;
 
-use super::{log_file::LogFile, model_files, output};
+use super::{
+    log_file::LogFile,
+    model_files::{self, MethodName},
+    output::{self, ResultFile},
+    plot,
+};
 
 /// Version of the JSON output.
 const SCHEMA: &str = "mlr.detection/1";
@@ -19,6 +24,13 @@ pub(super) struct DetectOptions {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
+    /// Draw roll, pitch and yaw, and the fluctuation with its threshold and flag, into this SVG file.
+    /// An existing file is never overwritten.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// The detector's rule [default: mlr, which forgives a lull; paper: without one].
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
     /// All settings, in TOML, such as the daemon's /etc/mlrd.toml.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -34,12 +46,17 @@ struct Report<'a> {
 }
 
 pub(super) fn run(options: &DetectOptions) -> anyhow::Result<()> {
-    let configuration = model_files::configuration(options.config.as_deref())?;
+    let configuration = model_files::configuration(options.config.as_deref(), options.method)?;
     let settings = DetectionSettings::from(&configuration.identification);
+    let picture = options.plot.as_deref();
+    let picture = picture.map(ResultFile::reserve).transpose()?;
     let recording = options.log.read()?.mounted(&configuration.mounting)?;
     let detection = detect(&recording, &settings).map_err(|error| options.log.blame(error))?;
     for warning in &detection.warnings {
         output::warning(warning);
+    }
+    if let Some(file) = picture {
+        file.write(&plot::detection(&detection, &recording.orientation)?)?;
     }
     let report = Report {
         schema: SCHEMA,

@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, IdentifySettings, Model, Search, identify,
+    Configuration, IdentifySettings, Method, Model, Search, identify,
     scoring::{LogScore, TotalScore, Truth, read_truths},
 };
 use mlr_imu::{Columns, Recording, read_log};
@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{
     identify::SearchName,
-    model_files,
+    model_files::{self, MethodName},
     progress::Bar,
     scored::{EvaluationOptions, Scored},
 };
@@ -24,6 +24,9 @@ const SCHEMA: &str = "mlr.evaluation/1";
 pub(super) struct EvaluateOptions {
     #[command(flatten)]
     of: EvaluationOptions,
+    /// What decides [default: mlr].
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
     /// How to search the morphologies.
     #[arg(long, value_enum)]
     search: Option<SearchName>,
@@ -38,7 +41,8 @@ pub(super) struct EvaluateOptions {
 #[derive(Serialize)]
 struct Report {
     schema: &'static str,
-    search: String,
+    method: Method,
+    search: Search,
     directories: Vec<DirectoryReport>,
     total: TotalScore,
 }
@@ -56,7 +60,9 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         identification: mut settings,
         mounting,
         ..
-    } = model_files::configuration(options.config.as_deref())?;
+    } = model_files::configuration(options.config.as_deref(), options.method)?;
+    settings.search = options.search.map(Search::from).or(settings.search);
+    settings.seed = options.of.seed;
     if let Some(window_s) = options.window_s {
         settings.window_s = window_s;
     }
@@ -70,10 +76,6 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         gait: &gait,
         atlas: atlas.as_ref(),
     };
-    let name = options
-        .search
-        .unwrap_or(SearchName::default_with(atlas.is_some()));
-    let search = name.search(1);
     let layout = robot.layout();
     let directories: Vec<(PathBuf, Vec<Truth>)> = options
         .of
@@ -88,7 +90,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         .map(|(directory, truths)| {
             let score = |truth: &Truth| {
                 let recording = read_log(&truth.log, &Columns::default())?.mounted(&mounting)?;
-                score(truth, &recording, model, &settings, search, options.of.seed)
+                score(truth, &recording, model, &settings)
             };
             let scored = Scored::all(&truths, |truth| &truth.name, &bar, score);
             DirectoryReport {
@@ -109,7 +111,8 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         .sum();
     let report = Report {
         schema: SCHEMA,
-        search: format!("{name:?}").to_lowercase(),
+        method: settings.method,
+        search: settings.search_with(atlas.is_some()),
         directories: reports,
         total: TotalScore::new(&all, unanswered, &gait),
     };
@@ -121,11 +124,9 @@ fn score(
     recording: &Recording,
     model: Model<'_>,
     settings: &IdentifySettings,
-    search: Search,
-    seed: u64,
 ) -> anyhow::Result<LogScore> {
     let started = Instant::now();
-    let answer = identify(recording, model, settings, search, seed, &())?;
+    let answer = identify(recording, model, settings, &())?;
     Ok(LogScore::new(
         truth,
         &answer,

@@ -14,7 +14,6 @@ use mlr_imu::{Columns, read_log};
 use serde::Serialize;
 
 use super::{
-    identify::SearchName,
     model_files,
     progress::Bar,
     scored::{EvaluationOptions, Scored},
@@ -47,7 +46,10 @@ struct Report {
 }
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
-    let identify = IdentifySettings::default();
+    let identify = IdentifySettings {
+        seed: options.of.seed,
+        ..IdentifySettings::default()
+    };
     let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or_default();
     let (robot, gait) = options.of.model.read()?;
     let atlas = options.of.atlas.open(&robot, &gait, &identify)?;
@@ -58,9 +60,7 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
     };
     let how = ExplainSettings {
         identify: &identify,
-        search: SearchName::default_with(atlas.is_some()).search(1),
         tracing: &tracing,
-        seed: options.of.seed,
     };
     let mut truths = Vec::new();
     for directory in &options.of.directories {

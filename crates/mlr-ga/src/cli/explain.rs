@@ -4,8 +4,8 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, WalkStart,
-    explain,
+    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, Search,
+    WalkStart, explain,
 };
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
@@ -60,7 +60,9 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         tracing,
         mounting,
         ..
-    } = model_files::configuration(options.config.as_deref())?;
+    } = model_files::configuration(options.config.as_deref(), None)?;
+    settings.search = options.search.map(Search::from).or(settings.search);
+    settings.seed = options.seed;
     if let Some(start_s) = options.start_s {
         settings.walk_start = WalkStart::CommandedAtS(start_s);
     }
@@ -78,15 +80,9 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         gait: &gait,
         atlas: atlas.as_ref(),
     };
-    let search = options
-        .search
-        .unwrap_or(SearchName::default_with(atlas.is_some()))
-        .search(1);
     let how = ExplainSettings {
         identify: &settings,
-        search,
         tracing: &tracing,
-        seed: options.seed,
     };
     let bar = Bar::of_steps();
     let answer = explain(&recording, model, how, &bar);

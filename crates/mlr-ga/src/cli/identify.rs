@@ -2,24 +2,20 @@
 
 use std::{path::PathBuf, time::Instant};
 
-use anyhow::Context;
 use clap::{Args, ValueEnum};
 use mlr_filter::SettingError;
 use mlr_ga::{
-    IdentificationReport, IdentifySettings, LARGEST_SEED, LossHypothesis, Model, Search,
-    SearchMethod, identify,
+    IdentificationReport, IdentifySettings, LARGEST_SEED, LossHypothesis, Method, Model, Search,
+    identify,
 };
 
 use super::{
     log_file::LogFile,
-    model_files::{self, AtlasFile, ModelFiles},
+    model_files::{self, AtlasFile, MethodName, ModelFiles},
     output::{self, ResultFile},
     plot,
     progress::Bar,
 };
-
-/// Runs of the genetic algorithm, at most.
-const MOST_REPEATS: u64 = 10_000;
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyOptions {
@@ -28,10 +24,13 @@ pub(super) struct IdentifyOptions {
     /// How to search the morphologies [default: atlas where there is one, else ga].
     #[arg(long, value_enum)]
     search: Option<SearchName>,
-    /// Run the genetic algorithm N times, and report how often it found which morphology.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u64).range(1..=MOST_REPEATS))]
-    repeats: u64,
+    /// What decides [default: mlr].
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
+    /// Run the genetic algorithm N times, and report how often it found which morphology [default:
+    /// 1; 10 with --method paper].
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    repeats: Option<usize>,
     /// Makes every run repeatable.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
           value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
@@ -75,18 +74,12 @@ pub(super) enum SearchName {
     Atlas,
 }
 
-impl SearchName {
-    /// What answers best within a minute on two cores.
-    pub(super) fn default_with(atlas: bool) -> Self {
-        if atlas { Self::Atlas } else { Self::Ga }
-    }
-
-    /// The search of this name.
-    pub(super) fn search(self, repeats: usize) -> Search {
-        match self {
-            Self::Ga => Search::Genetic { repeats },
-            Self::Exact => Search::Exact,
-            Self::Atlas => Search::Atlas,
+impl From<SearchName> for Search {
+    fn from(name: SearchName) -> Self {
+        match name {
+            SearchName::Ga => Self::Ga,
+            SearchName::Exact => Self::Exact,
+            SearchName::Atlas => Self::Atlas,
         }
     }
 }
@@ -103,7 +96,7 @@ enum LossName {
 
 pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let started = Instant::now();
-    let configuration = model_files::configuration(options.config.as_deref())?;
+    let configuration = model_files::configuration(options.config.as_deref(), options.method)?;
     let settings = options.settings(configuration.identification)?;
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
@@ -116,25 +109,19 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
         gait: &gait,
         atlas: atlas.as_ref(),
     };
-    let repeats = usize::try_from(options.repeats).context("--repeats")?;
-    let search = options
-        .search
-        .unwrap_or(SearchName::default_with(atlas.is_some()))
-        .search(repeats);
     let bar = Bar::new();
-    let answer = identify(&recording, model, &settings, search, options.seed, &bar);
+    let answer = identify(&recording, model, &settings, &bar);
     bar.clear();
     let identification = answer.map_err(|error| options.log.blame(error))?;
     for warning in &identification.warnings {
         output::warning(warning);
     }
     if let Some(file) = picture {
-        file.write(&plot::svg(&identification)?)?;
+        let (name, error_deg) = (&identification.description, identification.mean_error_deg);
+        file.write(&plot::signals(name, error_deg, &identification.signals)?)?;
     }
     let report = IdentificationReport::new(
         options.log.path().display().to_string(),
-        search,
-        options.seed,
         identification,
         started.elapsed(),
     );
@@ -154,6 +141,9 @@ impl IdentifyOptions {
             settings.window_s = window_s;
         }
         settings.from_s = self.from_s.or(settings.from_s);
+        settings.search = self.search.map(Search::from).or(settings.search);
+        settings.genetic.repeats = self.repeats.unwrap_or(settings.genetic.repeats);
+        settings.seed = self.seed;
         if let Some(friction) = self.friction {
             settings.simulation.contact.friction = friction;
         }
@@ -168,6 +158,7 @@ impl IdentifyOptions {
             error.as_option(&[
                 ("window_s", "--window-s"),
                 ("from_s", "--from-s"),
+                ("genetic.repeats", "--repeats"),
                 ("simulation.contact.friction", "--friction"),
             ])
         });
@@ -182,7 +173,7 @@ fn table(report: &IdentificationReport) -> String {
     table.line("log", &report.log);
     let morphology = format!("{}  {}", answer.morphology, percent(answer.probability));
     if answer.implausible {
-        let doubt = percent(answer.something_else_probability);
+        let doubt = percent(answer.something_else_probability.unwrap_or_default());
         table.line(
             "damage",
             format!("not known: no morphology explains this log ({doubt})"),
@@ -209,13 +200,18 @@ fn table(report: &IdentificationReport) -> String {
             answer.mean_error_deg, answer.cost_rad
         ),
     );
-    if !answer.implausible && answer.something_else_probability >= WORTH_A_LINE {
+    let doubt = answer.something_else_probability.unwrap_or_default();
+    if !answer.implausible && doubt >= WORTH_A_LINE {
+        let doubt = percent(doubt);
         table.line(
             "doubt",
-            format!(
-                "{} that something else decides how the robot walks",
-                percent(answer.something_else_probability)
-            ),
+            format!("{doubt} that something else decides how the robot walks"),
+        );
+    }
+    if answer.method == Method::Paper {
+        table.line(
+            "method",
+            "the paper's: least F; percentages are shares of its runs",
         );
     }
     match answer.motion_start_s {
@@ -235,10 +231,10 @@ fn table(report: &IdentificationReport) -> String {
             "{} morphologies in {:.1} s ({})",
             answer.evaluations,
             report.elapsed_s,
-            match report.search {
-                SearchMethod::Ga => "genetic algorithm",
-                SearchMethod::Exact => "all that are feasible, simulated",
-                SearchMethod::Atlas => "all that are feasible, from the atlas",
+            match answer.search {
+                Search::Ga => "genetic algorithm",
+                Search::Exact => "all that are feasible, simulated",
+                Search::Atlas => "all that are feasible, from the atlas",
             }
         ),
     );

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod atlas;
+mod compare;
 mod detect;
 mod evaluate;
 mod evaluate_effects;
@@ -10,6 +11,7 @@ mod failure;
 mod identify;
 mod log_file;
 mod model_files;
+mod morphology_choice;
 mod output;
 mod plot;
 mod progress;
@@ -38,6 +40,8 @@ enum Command {
     Identify(identify::IdentifyOptions),
     /// Finds when the robot in LOG started to walk and when it was damaged.
     Detect(detect::DetectOptions),
+    /// Compares the walk of one morphology with LOG, by the paper's cost F.
+    Compare(compare::CompareOptions),
     /// Identifies the robot, traces what its model leaves of the walk to effects that the model
     /// lacks, adds them, and identifies it again.
     Explain(explain::ExplainOptions),
@@ -80,6 +84,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
     pool.install(|| match &cli.command {
         Command::Identify(options) => identify::run(options),
         Command::Detect(options) => detect::run(options),
+        Command::Compare(options) => compare::run(options),
         Command::Explain(options) => explain::run(options),
         Command::ExplainSensor(options) => explain_sensor::run(options),
         Command::Simulate(options) => simulate::run(options),

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use clap::Args;
-use mlr_ga::{Configuration, IdentifySettings, atlas::Atlas, checked_toml};
+use clap::{Args, ValueEnum};
+use mlr_ga::{Configuration, IdentifySettings, Method, atlas::Atlas, checked_toml};
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
 use mlr_residual::walk::TracingSettings;
@@ -71,9 +71,37 @@ impl AtlasFile {
     }
 }
 
-/// All settings, checked, from a file in TOML; the default ones where none is named.
-pub(super) fn configuration(path: Option<&Path>) -> anyhow::Result<Configuration> {
-    load(path, Configuration::from_toml).map(Option::unwrap_or_default)
+/// What decides.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum MethodName {
+    /// The most probable morphology, over what a robot may differ by.
+    Mlr,
+    /// The paper's method as published: the least F that its genetic algorithm finds, most
+    /// frequent of ten runs.
+    Paper,
+}
+
+impl From<MethodName> for Method {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Mlr => Self::Mlr,
+            MethodName::Paper => Self::Paper,
+        }
+    }
+}
+
+/// All settings, checked, from a file in TOML over the preset of the method; the preset alone
+/// where no file is named.
+pub(super) fn configuration(
+    path: Option<&Path>,
+    method: Option<MethodName>,
+) -> anyhow::Result<Configuration> {
+    let method = method.map(Method::from);
+    let read = load(path, |text| Configuration::from_toml_for(text, method))?;
+    Ok(read.unwrap_or_else(|| Configuration {
+        identification: IdentifySettings::of(method.unwrap_or_default()),
+        ..Configuration::default()
+    }))
 }
 
 /// Settings of the tracing, checked, from a file of their own, if one is named.

@@ -1,104 +1,215 @@
-//! Measured against simulated orientation, as a picture.
+//! Pictures of results, as SVG.
+
+use std::error::Error;
 
 use anyhow::anyhow;
-use mlr_ga::{ComparedSignals, Identification};
-use plotters::prelude::*;
+use mlr_filter::OrientationSeries;
+use mlr_ga::{ComparedSignals, Detection};
+use plotters::{coord::Shift, prelude::*};
 
 const SIZE: (u32, u32) = (900, 640);
 const MEASURED: RGBColor = RGBColor(0x1f, 0x4e, 0x79);
 const SIMULATED: RGBColor = RGBColor(0xd9, 0x6b, 0x0b);
+const ALARM: RGBColor = RGBColor(0xb0, 0x1e, 0x2e);
+const FONT: &str = "sans-serif";
 
-/// The picture as SVG.
-pub(super) fn svg(identification: &Identification) -> anyhow::Result<String> {
-    let mut svg = String::new();
-    draw(&mut svg, identification).map_err(|error| anyhow!("cannot draw the plot: {error}"))?;
-    Ok(svg)
+type Drawn = Result<(), Box<dyn Error>>;
+type Row<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// A curve of (time in s, degrees), with its name in the legend.
+struct Curve {
+    name: &'static str,
+    color: RGBColor,
+    points: Vec<(f64, f64)>,
 }
 
-fn draw(
-    svg: &mut String,
-    identification: &Identification,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let signals = &identification.signals;
-    let picture = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    picture.fill(&WHITE)?;
-    let title = format!(
-        "{} (mean error {:.2}°)",
-        identification.description, identification.mean_error_deg
-    );
-    let picture = picture.titled(&title, ("sans-serif", 20))?;
-    let rows = picture.split_evenly((3, 1));
-    let axes = [
-        ("roll [°]", &signals.measured.roll, &signals.simulated.roll),
-        (
-            "pitch [°]",
-            &signals.measured.pitch,
-            &signals.simulated.pitch,
-        ),
-        ("yaw [°]", &signals.measured.yaw, &signals.simulated.yaw),
-    ];
-    for (index, (row, (name, measured, simulated))) in rows.iter().zip(axes).enumerate() {
-        let is_last = index == 2;
-        draw_axis(row, name, measured, simulated, signals, index == 0, is_last)?;
-    }
-    picture.present()?;
-    Ok(())
-}
-
-fn draw_axis(
-    row: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
+/// Measured and simulated roll, pitch and yaw.
+pub(super) fn signals(
     name: &str,
-    measured_rad: &[f64],
-    simulated_rad: &[f64],
+    mean_error_deg: f64,
     signals: &ComparedSignals,
-    with_legend: bool,
-    with_time: bool,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let points = |angles_rad: &[f64]| -> Vec<(f64, f64)> {
-        angles_rad
+) -> anyhow::Result<String> {
+    let title = format!("{name} (mean error {mean_error_deg:.2}°)");
+    let curve = |name, color, angles_rad: &[f64]| Curve {
+        name,
+        color,
+        points: angles_rad
             .iter()
             .enumerate()
             .map(|(q, angle)| (q as f64 / signals.rate_hz, angle.to_degrees()))
-            .collect()
+            .collect(),
     };
-    let both = measured_rad.iter().chain(simulated_rad);
-    let (low, high) = both.fold((-0.5, 0.5), |(low, high): (f64, f64), angle| {
-        (low.min(angle.to_degrees()), high.max(angle.to_degrees()))
+    let (measured, simulated) = (&signals.measured, &signals.simulated);
+    let rows = [
+        ("roll [°]", &measured.roll, &simulated.roll),
+        ("pitch [°]", &measured.pitch, &simulated.pitch),
+        ("yaw [°]", &measured.yaw, &simulated.yaw),
+    ]
+    .map(|(axis, measured, simulated)| {
+        let curves = vec![
+            curve("measured", MEASURED, measured),
+            curve("simulated", SIMULATED, simulated),
+        ];
+        (axis, curves)
+    });
+    picture(
+        &title,
+        "time since the start of the walk [s]",
+        &rows,
+        |_, _| Ok(()),
+    )
+}
+
+/// Roll, pitch and yaw, and the fluctuation that the detector saw, with its threshold and flag.
+pub(super) fn detection(
+    detection: &Detection,
+    orientation: &OrientationSeries,
+) -> anyhow::Result<String> {
+    let title = match detection.damage_s {
+        Some(damage_s) => format!("damage flagged at {damage_s:.1} s"),
+        None => "no damage flagged".into(),
+    };
+    let angles = orientation.angles_rad();
+    let curve = |name, color, angles_rad: &[f64]| {
+        // More points than pixels tell nothing.
+        let step = angles_rad.len().div_ceil(4 * SIZE.0 as usize).max(1);
+        let times_s = orientation.times_s().iter();
+        let points = times_s.zip(angles_rad).step_by(step);
+        Curve {
+            name,
+            color,
+            points: points.map(|(t, angle)| (*t, angle.to_degrees())).collect(),
+        }
+    };
+    let fluctuation = Curve {
+        name: "fluctuation",
+        color: MEASURED,
+        points: detection
+            .assessments
+            .iter()
+            .map(|one| (one.time_s, one.fluctuation_deg))
+            .collect(),
+    };
+    let ends_s = fluctuation.points.first().zip(fluctuation.points.last());
+    let threshold = Curve {
+        name: "threshold",
+        color: SIMULATED,
+        points: ends_s.map_or_else(Vec::new, |(first, last)| {
+            [first.0, last.0]
+                .map(|t| (t, detection.threshold_deg))
+                .into()
+        }),
+    };
+    let rows = [
+        (
+            "roll, pitch [°]",
+            vec![
+                curve("roll", MEASURED, &angles.roll),
+                curve("pitch", SIMULATED, &angles.pitch),
+            ],
+        ),
+        ("yaw [°]", vec![curve("yaw", MEASURED, &angles.yaw)]),
+        ("fluctuation [°]", vec![fluctuation, threshold]),
+    ];
+    let marks: Vec<(f64, RGBColor)> = [
+        detection.motion_start_s.map(|t| (t, SIMULATED)),
+        detection.damage_s.map(|t| (t, ALARM)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    picture(
+        &title,
+        "time of the log [s]",
+        &rows,
+        |chart, (low, high)| {
+            for (time_s, color) in &marks {
+                let line = [(*time_s, low), (*time_s, high)];
+                chart.draw_series(LineSeries::new(line, color.stroke_width(2)))?;
+            }
+            Ok(())
+        },
+    )
+}
+
+type Chart<'a, 'b> = ChartContext<
+    'a,
+    SVGBackend<'b>,
+    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
+>;
+
+/// Rows of curves over one time axis. `mark` draws on each row, whose lowest and highest angle
+/// it is given.
+fn picture(
+    title: &str,
+    time_axis: &str,
+    rows: &[(&str, Vec<Curve>); 3],
+    mark: impl Fn(&mut Chart<'_, '_>, (f64, f64)) -> Drawn,
+) -> anyhow::Result<String> {
+    let mut svg = String::new();
+    let mut draw = || -> Drawn {
+        let picture = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        picture.fill(&WHITE)?;
+        let picture = picture.titled(title, (FONT, 20))?;
+        let areas = picture.split_evenly((rows.len(), 1));
+        for (index, (area, (axis, curves))) in areas.iter().zip(rows).enumerate() {
+            let time_axis = (index + 1 == rows.len()).then_some(time_axis);
+            draw_row(area, axis, curves, time_axis, &mark)?;
+        }
+        picture.present()?;
+        Ok(())
+    };
+    draw().map_err(|error| anyhow!("cannot draw the plot: {error}"))?;
+    Ok(svg)
+}
+
+fn draw_row(
+    area: &Row<'_>,
+    axis: &str,
+    curves: &[Curve],
+    time_axis: Option<&str>,
+    mark: impl Fn(&mut Chart<'_, '_>, (f64, f64)) -> Drawn,
+) -> Drawn {
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let (low, high) = points().fold((-0.5, 0.5), |(low, high): (f64, f64), point| {
+        (low.min(point.1), high.max(point.1))
     });
     let margin = 0.05 * (high - low);
-    let end_s = measured_rad.len() as f64 / signals.rate_hz;
-    let mut chart = ChartBuilder::on(row)
+    let (low, high) = (low - margin, high + margin);
+    let from_s = points().map(|point| point.0).fold(f64::INFINITY, f64::min);
+    let to_s = points()
+        .map(|point| point.0)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let mut chart = ChartBuilder::on(area)
         .margin(6)
         .y_label_area_size(60)
-        .x_label_area_size(if with_time { 40 } else { 16 })
-        .build_cartesian_2d(0.0..end_s, low - margin..high + margin)?;
+        .x_label_area_size(if time_axis.is_some() { 40 } else { 16 })
+        .build_cartesian_2d(from_s..to_s, low..high)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .y_desc(name)
-        .x_desc(if with_time {
-            "time since the start of the walk [s]"
-        } else {
-            ""
-        })
-        .label_style(("sans-serif", 13))
+        .y_desc(axis)
+        .x_desc(time_axis.unwrap_or_default())
+        .label_style((FONT, 13))
         .draw()?;
-    for (label, color, angles_rad) in [
-        ("measured", MEASURED, measured_rad),
-        ("simulated", SIMULATED, simulated_rad),
-    ] {
+    for curve in curves {
+        let color = curve.color;
         chart
-            .draw_series(LineSeries::new(points(angles_rad), color.stroke_width(2)))?
-            .label(label)
+            .draw_series(LineSeries::new(
+                curve.points.iter().copied(),
+                color.stroke_width(2),
+            ))?
+            .label(curve.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
     }
-    if with_legend {
+    mark(&mut chart, (low, high))?;
+    if curves.len() > 1 {
         chart
             .configure_series_labels()
             .position(SeriesLabelPosition::UpperRight)
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.2))
-            .label_font(("sans-serif", 13))
+            .label_font((FONT, 13))
             .draw()?;
     }
     Ok(())

@@ -8,13 +8,13 @@ use mlr_filter::{OrientationSeries, SettingError};
 use mlr_ga::LARGEST_SEED;
 use mlr_imu::{write_log, write_log_to};
 use mlr_model::{
-    GroundContact, LegLayout, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
-    Simulator, Terrain,
+    GroundContact, LostLinks, Morphology, Outcome, Roughness, SimulationSettings, Simulator,
+    Terrain,
 };
 
 use serde_json::json;
 
-use super::{model_files::ModelFiles, output};
+use super::{model_files::ModelFiles, morphology_choice::MorphologyChoice, output};
 
 /// Version of the JSON output.
 const SCHEMA: &str = "mlr.simulation/1";
@@ -25,12 +25,8 @@ pub(super) struct SimulateOptions {
     /// stdout, in place of the sentence or the JSON object.
     #[arg(short, long, value_name = "LOG")]
     output: PathBuf,
-    /// Numbers of the legs that are lost altogether, as in 3,4.
-    #[arg(long, value_name = "LEGS", conflicts_with = "morphology")]
-    legs_lost: Option<String>,
-    /// The existence numbers of all links, as in "111 110 000 111 111 111".
-    #[arg(long, value_name = "VECTOR")]
-    morphology: Option<String>,
+    #[command(flatten)]
+    morphology: MorphologyChoice,
     /// What became of lost links.
     #[arg(long, value_enum, default_value_t = LossName::Absent)]
     lost_links: LossName,
@@ -105,7 +101,7 @@ const RUBBLE_SPACING_M: f64 = 0.05;
 pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
     let settings = options.settings()?;
     let (robot, gait) = options.model.read()?;
-    let morphology = options.morphology(&robot.layout())?;
+    let morphology = options.morphology.of(&robot.layout())?;
     let simulator = Simulator::new(robot, &gait, settings)?;
     let orientation = match simulator.simulate(&morphology) {
         Outcome::Walked(trajectory) => trajectory.orientation,
@@ -131,14 +127,6 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
 }
 
 impl SimulateOptions {
-    fn morphology(&self, layout: &LegLayout) -> anyhow::Result<Morphology> {
-        Ok(match (&self.morphology, &self.legs_lost) {
-            (Some(text), _) => Morphology::parse(text, layout)?,
-            (None, Some(legs)) => Morphology::parse_legs_lost(legs, layout)?,
-            (None, None) => Morphology::healthy(layout),
-        })
-    }
-
     fn report(&self, morphology: &Morphology, samples: usize) -> String {
         if self.json {
             let report = json!({

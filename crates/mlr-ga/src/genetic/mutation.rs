@@ -12,7 +12,7 @@ pub(super) fn mutate(
     redraw_legs(candidate, settings, settings.mutation_rate, generator)
 }
 
-/// A candidate whose legs are all drawn.
+/// A candidate of the initial population: all of its legs are drawn.
 pub(super) fn random_candidate(
     layout: &LegLayout,
     settings: &GeneticSettings,

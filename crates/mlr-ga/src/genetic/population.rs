@@ -53,31 +53,39 @@ impl Population {
         &self.candidates
     }
 
-    /// Replaces the worse half by new candidates: crossover, then mutation,
-    /// repeated until the result is not in `seen`. A candidate that finds
-    /// nothing new stays as it is.
+    /// Replaces the worse half by new candidates: crossover, then mutation, repeated until
+    /// the result is new: in no population that `seen` knows of, or not in this one, as the
+    /// settings say. A candidate that finds nothing new stays as it is. Returns how many are
+    /// new.
     pub fn breed(
         &mut self,
         settings: &GeneticSettings,
         evaluations: &Evaluations<'_>,
         seen: &mut BTreeSet<Morphology>,
-    ) {
+    ) -> usize {
         self.candidates.sort_by(|a, b| evaluations.order(a, b));
         let half = self.candidates.len() / 2;
-        let (better, worse) = self.candidates.split_at_mut(half);
-        for candidate in worse {
+        let mut children = 0;
+        for index in half..self.candidates.len() {
+            let (candidate, better) = (&self.candidates[index], &self.candidates[..half]);
+            let is_known = |child: &Morphology| match settings.novel {
+                true => seen.contains(child),
+                false => self.candidates.contains(child),
+            };
             let child = (0..ATTEMPTS)
                 .map(|_| {
                     let crossed =
                         crossover::cross(candidate, better, settings, &mut self.generator);
                     mutation::mutate(&crossed, settings, &mut self.generator)
                 })
-                .find(|child| !seen.contains(child));
+                .find(|child| !is_known(child));
             if let Some(child) = child {
                 seen.insert(child.clone());
-                *candidate = child;
+                self.candidates[index] = child;
+                children += 1;
             }
         }
+        children
     }
 }
 

@@ -2,7 +2,13 @@ use mlr_filter::SettingError;
 use mlr_model::LegLayout;
 use serde::{Deserialize, Serialize};
 
-/// Parameters of the genetic algorithm, with the paper's table as defaults.
+use super::CrossoverUnit;
+
+/// Parameters of the genetic algorithm.
+///
+/// [`GeneticSettings::paper`] is the algorithm as published, [`GeneticSettings::default`] the
+/// one that proposes candidates to the default decision. What differs between them, and why,
+/// stands in `docs/decision.md`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GeneticSettings {
@@ -10,41 +16,72 @@ pub struct GeneticSettings {
     pub population: usize,
     /// G_s, the most generations after the initial population.
     pub generations: usize,
-    /// CR, the probability that a candidate of the worse half is replaced by a
-    /// random one of the better half before mutation.
+    /// CR, the probability that a unit of a candidate of the worse half is replaced by that of
+    /// a random candidate of the better half.
     pub crossover_rate: f64,
+    /// What is replaced as a whole.
+    pub crossover_unit: CrossoverUnit,
     /// MR, the probability that a leg of a new candidate is drawn anew.
     pub mutation_rate: f64,
     /// P_ij, the probability that link j of a drawn leg exists, from the body
     /// outward. The last one counts for all further links of longer legs.
     pub link_probability: Vec<f64>,
+    /// Whether a child must differ from every candidate that the run has had, because evaluating
+    /// one twice teaches nothing; otherwise, from those of its own population.
+    pub novel: bool,
     /// Stop when the best cost has not improved for this many generations.
     /// Never, if absent.
     pub patience: Option<usize>,
-    /// Populations that evolve side by side without exchange; the best of all
-    /// is the answer. The paper has one.
+    /// Populations that evolve side by side without exchange; the best of all is the result.
     pub islands: usize,
-    /// Whether a local search over single legs follows the last generation. The
-    /// paper has none.
+    /// Whether the healthy robot is evaluated beside the initial populations.
+    pub healthy: bool,
+    /// Whether a local search over single legs follows the last generation.
     pub refine: bool,
+    /// Whether likely damage that no generation has met is evaluated afterwards: every damage
+    /// to at most two legs, and other links of the legs that the leading candidates have damaged.
+    pub complete: bool,
+    /// Independent runs with consecutive seeds. The most frequent result is the run that is
+    /// reported, and where the cost alone decides, the answer.
+    pub repeats: usize,
 }
 
 impl Default for GeneticSettings {
     fn default() -> Self {
         Self {
-            population: 10,
-            generations: 20,
-            crossover_rate: 0.9,
-            mutation_rate: 0.33,
-            link_probability: vec![0.9, 0.7, 0.7],
-            patience: None,
+            crossover_unit: CrossoverUnit::Leg,
+            novel: true,
             islands: 2,
+            healthy: true,
             refine: true,
+            complete: true,
+            repeats: 1,
+            ..Self::paper()
         }
     }
 }
 
 impl GeneticSettings {
+    /// The algorithm of the paper, with the values of its table of parameters and the number of
+    /// runs that its results are the most frequent of.
+    pub fn paper() -> Self {
+        Self {
+            population: 10,
+            generations: 20,
+            crossover_rate: 0.9,
+            crossover_unit: CrossoverUnit::Link,
+            mutation_rate: 0.33,
+            link_probability: vec![0.9, 0.7, 0.7],
+            novel: false,
+            patience: None,
+            islands: 1,
+            healthy: false,
+            refine: false,
+            complete: false,
+            repeats: 10,
+        }
+    }
+
     /// Checks every number. No generations are valid: then the initial populations are
     /// refined.
     ///
@@ -64,7 +101,8 @@ impl GeneticSettings {
         if let Some(patience) = self.patience {
             SettingError::check("patience", patience, 1..=10_000, "generations")?;
         }
-        SettingError::check("islands", self.islands, 1..=100, "")
+        SettingError::check("islands", self.islands, 1..=100, "")?;
+        SettingError::check("repeats", self.repeats, 1..=10_000, "runs")
     }
 
     /// P_ij for link `link` (from 0).
@@ -91,6 +129,6 @@ impl GeneticSettings {
             .count()
             .and_then(|count| usize::try_from(count).ok())
             .unwrap_or(usize::MAX);
-        (1 + evolution + refinement).min(feasible)
+        (usize::from(self.healthy) + evolution + refinement).min(feasible)
     }
 }

@@ -3,11 +3,18 @@ use mlr_imu::quality::LogQuality;
 use mlr_model::{LostLinks, Morphology, Variation};
 use serde::Serialize;
 
+use super::{Method, Search};
 use crate::{comparison::Alignment, evaluation::CaseFit};
 
 /// The answer. Serialises to the fields of `mlr.identification/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identification {
+    /// What decided.
+    pub method: Method,
+    /// How the morphologies were searched.
+    pub search: Search,
+    /// Seed of the search.
+    pub seed: u64,
     /// The best morphology.
     pub morphology: Morphology,
     /// Numbers (from 1) of the legs that miss a link.
@@ -18,9 +25,11 @@ pub struct Identification {
     /// something else decides how the robot walks. The morphology is then only the closest.
     pub implausible: bool,
     /// Probability that something else than damage to legs decides how the robot walks. The
-    /// probabilities of legs, links and morphologies allow for it.
-    pub something_else_probability: f64,
-    /// Probability of exactly this morphology.
+    /// probabilities of legs, links and morphologies allow for it. The paper's method does not
+    /// ask.
+    pub something_else_probability: Option<f64>,
+    /// Probability of exactly this morphology. By the paper's method, this and every other
+    /// probability is the share of the runs that ended so.
     pub probability: f64,
     /// Probability that exactly these legs are damaged.
     pub legs_probability: f64,
@@ -41,11 +50,12 @@ pub struct Identification {
     pub indistinguishable: Vec<Morphology>,
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
-    /// Log time at which the compared stretch starts.
+    /// Log time at which the compared stretch begins.
     pub window_start_s: f64,
     /// Length of the compared stretch.
     pub window_s: f64,
-    /// Morphologies simulated.
+    /// Morphologies evaluated. By the paper's method, candidates of all generations and runs,
+    /// those that were met again included.
     pub evaluations: usize,
     /// Simulations that diverged and count as infinitely costly.
     pub diverged: usize,
@@ -55,6 +65,8 @@ pub struct Identification {
     /// The results of repeated runs, most frequent first. Empty for a single
     /// run.
     pub frequencies: Vec<Frequency>,
+    /// The repeated runs one by one. Empty for a single run.
+    pub runs: Vec<Course>,
     /// Quality of the recording.
     pub log_quality: LogQuality,
     /// Warnings for people.
@@ -64,10 +76,10 @@ pub struct Identification {
     pub signals: ComparedSignals,
 }
 
-/// The model and the alignment with the greatest likelihood of the best morphology.
+/// The model and the alignment under which the best morphology is likeliest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BestFit {
-    /// Whether the lost links are absent or locked.
+    /// What the lost links are taken to be.
     pub lost_links: LostLinks,
     /// Clock and delay of the robot.
     #[serde(flatten)]
@@ -75,7 +87,8 @@ pub struct BestFit {
     /// The variation of the model.
     #[serde(flatten)]
     pub variation: Variation,
-    /// Root mean square of the residual of roll, pitch and yaw, without means and trends.
+    /// Root mean square of what is left of roll, pitch and yaw without their means
+    /// and trends.
     pub error_deg: [f64; 3],
     /// Root mean square of measured roll, pitch and yaw without their means and trends.
     pub motion_deg: [f64; 3],
@@ -92,6 +105,32 @@ impl BestFit {
                 .unwrap_or_default(),
             error_deg: fit.misfit.mean_square_deg2.map(f64::sqrt),
             motion_deg,
+        }
+    }
+
+    /// How the walk of the nominal model fits after Algorithm 2, without any alignment.
+    pub(super) fn of_conditioned(
+        lost_links: LostLinks,
+        measured: &Conditioned,
+        simulated: &Conditioned,
+    ) -> Self {
+        let rms_deg = |signal: &mut dyn ExactSizeIterator<Item = f64>| {
+            let count = signal.len().max(1) as f64;
+            (signal.map(|x| x * x).sum::<f64>() / count)
+                .sqrt()
+                .to_degrees()
+        };
+        let axes = [
+            (&measured.roll, &simulated.roll),
+            (&measured.pitch, &simulated.pitch),
+            (&measured.yaw, &simulated.yaw),
+        ];
+        Self {
+            lost_links,
+            alignment: Alignment::default(),
+            variation: Variation::default(),
+            error_deg: axes.map(|(m, s)| rms_deg(&mut m.iter().zip(s).map(|(m, s)| m - s))),
+            motion_deg: axes.map(|(m, _)| rms_deg(&mut m.iter().copied())),
         }
     }
 }
@@ -128,4 +167,13 @@ pub struct Frequency {
     pub cost_deg: f64,
     /// Runs that ended with it.
     pub count: usize,
+}
+
+/// One run of the genetic algorithm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Course {
+    /// Its result.
+    pub morphology: Morphology,
+    /// The best cost so far in degrees, generation by generation.
+    pub cost_per_generation: Vec<f64>,
 }

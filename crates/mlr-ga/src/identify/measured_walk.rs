@@ -266,6 +266,7 @@ fn struck_in_mid_walk(
     // The window's own checks report a recording that is too slow for the detector.
     let flagged_s = match detect_in(recording, settings.detector).ok()?.damage_s {
         Some(flagged_s) => flagged_s,
+        None if !settings.unflagged_damage => return None,
         None => {
             let threshold_deg = changed_swing_deg(recording, start, settings)?;
             let changed = DetectorSettings {

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::{Identification, Search};
+use super::Identification;
 
 /// Version of the JSON form.
 const SCHEMA: &str = "mlr.identification/1";
@@ -15,10 +15,6 @@ pub struct IdentificationReport {
     schema: &'static str,
     /// Where the recording came from: a file, or a port.
     pub log: String,
-    /// How the morphologies were searched.
-    pub search: SearchMethod,
-    /// Seed of the search.
-    pub seed: u64,
     /// The answer.
     #[serde(flatten)]
     pub identification: Identification,
@@ -26,42 +22,12 @@ pub struct IdentificationReport {
     pub elapsed_s: f64,
 }
 
-/// A [`Search`] without its parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SearchMethod {
-    /// The genetic algorithm.
-    Ga,
-    /// Every feasible morphology.
-    Exact,
-    /// Every feasible morphology, simulated beforehand.
-    Atlas,
-}
-
-impl From<Search> for SearchMethod {
-    fn from(search: Search) -> Self {
-        match search {
-            Search::Genetic { .. } => Self::Ga,
-            Search::Exact => Self::Exact,
-            Search::Atlas => Self::Atlas,
-        }
-    }
-}
-
 impl IdentificationReport {
     /// The report of an identification.
-    pub fn new(
-        log: String,
-        search: Search,
-        seed: u64,
-        identification: Identification,
-        elapsed: Duration,
-    ) -> Self {
+    pub fn new(log: String, identification: Identification, elapsed: Duration) -> Self {
         Self {
             schema: SCHEMA,
             log,
-            search: search.into(),
-            seed,
             identification,
             elapsed_s: elapsed.as_secs_f64(),
         }

@@ -1,4 +1,4 @@
-use std::ops::RangeInclusive;
+use std::{ops::RangeInclusive, str::FromStr};
 
 use mlr_filter::{DetectorSettings, FilterSettings, MotionSettings, SamplingLimits, SettingError};
 use mlr_model::{Robot, SimulationSettings, Variation};
@@ -13,11 +13,61 @@ use crate::{
     walks::usual_variations,
 };
 
-/// Everything about an identification that can be chosen. The defaults are the
-/// paper's values where it gives one.
+/// What decides which morphology is the answer. Each method has a preset of all settings,
+/// [`IdentifySettings::of`]; what differs between them, and why, stands in `docs/decision.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Likelihood of what is left of the spectra, times prior probability, over variations of
+    /// the model: the most probable morphology. The search only proposes.
+    #[default]
+    Mlr,
+    /// The method of Farghdani, Patel and Chhabra as published: the least F after Algorithm 2
+    /// that the genetic algorithm met, in most of its runs.
+    Paper,
+}
+
+impl FromStr for Method {
+    type Err = SettingError;
+
+    fn from_str(text: &str) -> Result<Self, SettingError> {
+        match text {
+            "mlr" => Ok(Self::Mlr),
+            "paper" => Ok(Self::Paper),
+            other => Err(SettingError::new(
+                "method",
+                format!("{other:?}"),
+                "mlr or paper",
+            )),
+        }
+    }
+}
+
+/// How the morphologies are searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Search {
+    /// The genetic algorithm.
+    Ga,
+    /// Every feasible morphology, simulated.
+    Exact,
+    /// Every feasible morphology, as the atlas has it.
+    Atlas,
+}
+
+/// Everything about an identification that can be chosen. The default is the preset of
+/// [`Method::Mlr`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct IdentifySettings {
+    /// What decides.
+    pub method: Method,
+    /// How the morphologies are searched; if absent, in the atlas where there is one, else
+    /// by the genetic algorithm.
+    pub search: Option<Search>,
+    /// Seed of the genetic algorithm. Comes with each call, not from a file.
+    #[serde(skip)]
+    pub seed: u64,
     /// Length of the compared stretch.
     pub window_s: f64,
     /// How it is known when the walk started.
@@ -35,6 +85,9 @@ pub struct IdentifySettings {
     pub motion: MotionSettings,
     /// The damage detector, which tells damage in mid-walk.
     pub detector: DetectorSettings,
+    /// Whether damage that the detector does not flag counts as well where the body comes to
+    /// swing several times as far as it did at first.
+    pub unflagged_damage: bool,
     /// What the recording must offer within the window.
     pub sampling: SamplingLimits,
     /// The genetic algorithm.
@@ -61,6 +114,9 @@ pub struct IdentifySettings {
 impl Default for IdentifySettings {
     fn default() -> Self {
         Self {
+            method: Method::Mlr,
+            search: None,
+            seed: 1,
             window_s: 5.0,
             walk_start: WalkStart::default(),
             from_s: None,
@@ -69,6 +125,7 @@ impl Default for IdentifySettings {
             filter: FilterSettings::default(),
             motion: MotionSettings::default(),
             detector: DetectorSettings::default(),
+            unflagged_damage: true,
             sampling: SamplingLimits::default(),
             genetic: GeneticSettings::default(),
             likelihood: LikelihoodSettings::default(),
@@ -83,6 +140,39 @@ impl Default for IdentifySettings {
 }
 
 impl IdentifySettings {
+    /// The preset of a method.
+    pub fn of(method: Method) -> Self {
+        match method {
+            Method::Mlr => Self::default(),
+            Method::Paper => Self::paper(),
+        }
+    }
+
+    /// The paper's method with the values of its table of parameters.
+    fn paper() -> Self {
+        Self {
+            method: Method::Paper,
+            search: Some(Search::Ga),
+            lost_links: LossHypothesis::Absent,
+            detector: DetectorSettings {
+                lull_s: 0.0,
+                ..DetectorSettings::default()
+            },
+            unflagged_damage: false,
+            genetic: GeneticSettings::paper(),
+            variations: vec![Variation::default()],
+            ..Self::default()
+        }
+    }
+
+    /// The search of these settings, where there is an atlas or none.
+    pub fn search_with(&self, has_atlas: bool) -> Search {
+        self.search.unwrap_or(match has_atlas {
+            true => Search::Atlas,
+            false => Search::Ga,
+        })
+    }
+
     /// Log times, which may be those of a clock that began in 1970 or run from before zero.
     pub(super) const LOG_TIMES_S: RangeInclusive<f64> = -1e12..=1e12;
 

@@ -31,8 +31,8 @@ pub struct LogScore {
     pub brier: f64,
     /// Probability given to the set of legs that was named.
     pub confidence: f64,
-    /// Probability given to something else than damage to legs.
-    pub something_else_probability: f64,
+    /// Probability given to something else than damage to legs, where the method asks for it.
+    pub something_else_probability: Option<f64>,
     /// Root mean square of what the answer leaves of roll, pitch and yaw.
     pub error_deg: [f64; 3],
     /// Mean error of the nominal model, per sample and axis.

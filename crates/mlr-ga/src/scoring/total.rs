@@ -175,7 +175,7 @@ mod tests {
             leg_damage_probability: Vec::new(),
             brier: 0.1,
             confidence,
-            something_else_probability: 0.0,
+            something_else_probability: Some(0.0),
             error_deg: [0.0; 3],
             mean_error_deg: 0.0,
             motion_deg: [0.0; 3],

@@ -1,0 +1,115 @@
+//! [`Method::Paper`](super::Method::Paper): the least F.
+
+use mlr_model::{LostLinks, Morphology};
+use rayon::prelude::*;
+
+use super::{
+    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Model, Search, Verdict,
+    searched::Searched,
+};
+use crate::{
+    AnswerError, Evaluations, Progress,
+    belief::{Belief, Posterior},
+    paper_cost::PaperCost,
+};
+
+/// Searches for the least F; the most frequent result of the runs is the answer.
+///
+/// The probabilities are the shares of the runs that ended so: the paper states no other.
+pub(super) fn verdict(
+    measured: &MeasuredWalk,
+    model: Model<'_>,
+    search: Search,
+    settings: &IdentifySettings,
+    progress: &dyn Progress,
+) -> Result<Verdict, AnswerError> {
+    settings.check_on(model.robot)?;
+    if search == Search::Atlas {
+        return Err(AnswerError::AtlasForPaper);
+    }
+    let layout = model.robot.layout();
+    let cost = PaperCost::new(measured, model.robot, model.gait, settings)?;
+    let mut evaluations = Evaluations::new(&cost, progress);
+    let genetic = (&settings.genetic, settings.seed);
+    let searched = Searched::new(&layout, search, genetic, f64::INFINITY, &mut evaluations);
+    let no_walk = || AnswerError::AllDiverged {
+        simulated: evaluations.len(),
+    };
+    let results = match search {
+        Search::Ga => searched.results().to_vec(),
+        _ => evaluations
+            .best()
+            .map(|(best, _)| (best.clone(), 1))
+            .into_iter()
+            .collect(),
+    };
+    let (best, _) = results.first().ok_or_else(no_walk)?.clone();
+    let posterior = Posterior::new(
+        results
+            .iter()
+            .map(|(result, count)| (result.clone(), (*count as f64).ln())),
+    );
+    let (lost_links, simulated, cost_rad) = cost.least(&best).ok_or_else(no_walk)?;
+    let belief = Belief {
+        posterior,
+        unexplained: settings.prior,
+        something_else: 0.0,
+    };
+    Ok(Verdict {
+        alternatives: alternatives(&best, &belief, &evaluations, &cost),
+        fit: BestFit::of_conditioned(lost_links, measured.conditioned(), &simulated),
+        best,
+        belief,
+        something_else: None,
+        simulated,
+        cost_rad,
+        evaluations: match search {
+            Search::Ga => searched.candidates(),
+            _ => evaluations.len(),
+        },
+        diverged: evaluations.diverged(),
+        warnings: warnings(search, model, settings),
+        searched,
+    })
+}
+
+fn warnings(search: Search, model: Model<'_>, settings: &IdentifySettings) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if model.atlas.is_some() {
+        warnings.push("the paper's method simulates every candidate: the atlas is not used".into());
+    }
+    if search != Search::Ga || settings.genetic.repeats < 2 {
+        warnings.push(
+            "the probabilities are shares of runs, and this was a single one; several need \
+             --search ga and --repeats"
+                .into(),
+        );
+    }
+    warnings
+}
+
+/// The candidates with the next least F.
+fn alternatives(
+    best: &Morphology,
+    belief: &Belief,
+    evaluations: &Evaluations<'_>,
+    cost: &PaperCost,
+) -> Vec<Alternative> {
+    let next: Vec<&Morphology> = evaluations
+        .ranking()
+        .into_iter()
+        .map(|(morphology, _)| morphology)
+        .filter(|morphology| *morphology != best)
+        .take(ALTERNATIVES)
+        .collect();
+    next.par_iter()
+        .filter_map(|morphology| {
+            let (_, _, cost_rad): (LostLinks, _, f64) = cost.least(morphology)?;
+            Some(Alternative {
+                morphology: (*morphology).clone(),
+                cost_rad,
+                probability: belief.of(morphology),
+            })
+        })
+        .collect()
+}
