@@ -39,6 +39,16 @@ pub fn shaft_sensor_columns() -> Columns {
 /// # Panics
 /// When the file is not there or not of that form.
 pub fn angles(path: &str) -> Axes<Vec<f64>> {
+    let [roll, pitch, yaw] = columns(path, ["roll_rad", "pitch_rad", "yaw_rad"]);
+    Axes { roll, pitch, yaw }
+}
+
+/// The columns of these names of a CSV file below the workspace's `data` folder, plain or
+/// gzipped.
+///
+/// # Panics
+/// When the file is not there or not of that form.
+pub fn columns<const N: usize>(path: &str, names: [&str; N]) -> [Vec<f64>; N] {
     let path = data(path);
     let file = BufReader::new(File::open(&path).expect("the golden file is in the repository"));
     let text: Box<dyn Read> = if path.extension().is_some_and(|e| e == "gz") {
@@ -51,17 +61,16 @@ pub fn angles(path: &str) -> Axes<Vec<f64>> {
         .headers()
         .expect("golden files have a header")
         .clone();
-    let mut angles = Axes::<Vec<f64>>::default();
+    let places = names.map(|name| {
+        let place = header.iter().position(|column| column == name);
+        place.expect("golden files have the column")
+    });
+    let mut columns = names.map(|_| Vec::new());
     for row in reader.records() {
         let row = row.expect("golden files are well-formed");
-        angles.push(Axes::from_fn(|axis| {
-            let name = format!("{}_rad", axis.name());
-            let column = header
-                .iter()
-                .position(|h| h == name)
-                .expect("a column per axis");
-            row[column].parse().expect("golden files hold numbers")
-        }));
+        for (column, place) in columns.iter_mut().zip(places) {
+            column.push(row[place].parse().expect("golden files hold numbers"));
+        }
     }
-    angles
+    columns
 }

@@ -114,11 +114,12 @@ def walk(links):
     velocity = [m.jnt_dofadr[m.joint(name).id] for _, _, name in names]
     set_point = np.array([joint_angles(leg, 0.0)[j] for leg, j, _ in names])
     d.qpos[position] = set_point
-    angles = []
+    angles, position_m = [], []
     sample_every = round(SAMPLE_S / STEP_S)
     for step in range(-round(SETTLE_S / STEP_S), round(WALK_S / STEP_S) + 1):
         t = step * STEP_S
         if step >= 0 and step % sample_every == 0:
+            position_m.append(d.qpos[:3].copy())
             w, x, y, z = d.qpos[3:7]
             angles.append((
                 math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
@@ -135,16 +136,16 @@ def walk(links):
         mujoco.mj_step(m, d)
     angles = np.array(angles)
     angles[:, 2] = np.unwrap(angles[:, 2])
-    return angles
+    return angles, np.array(position_m)
 
 
 def main():
     for name, links in CASES.items():
-        angles = walk(links)
+        angles, position_m = walk(links)
         t = np.arange(len(angles)) * SAMPLE_S
         np.savetxt(
-            GOLDEN / f"{name}.csv", np.column_stack([t, angles]), fmt=["%.2f", "%.6f", "%.6f", "%.6f"],
-            delimiter=",", header="t_s,roll_rad,pitch_rad,yaw_rad", comments="",
+            GOLDEN / f"{name}.csv", np.column_stack([t, angles, position_m]), fmt=["%.2f"] + 3 * ["%.6f"] + 3 * ["%.5f"],
+            delimiter=",", header="t_s,roll_rad,pitch_rad,yaw_rad,x_m,y_m,z_m", comments="",
         )
         low, high = np.degrees(angles.min(0)), np.degrees(angles.max(0))
         print(name, "roll", low[0], high[0], "pitch", low[1], high[1], "yaw", np.degrees(angles[-1, 2]))

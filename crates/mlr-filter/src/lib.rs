@@ -51,6 +51,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod band;
 mod damage_detector;
 mod fourier_filter;
 mod motion_start;
@@ -63,6 +64,7 @@ mod steady_drift;
 mod time_stamps;
 mod window;
 
+pub use band::Band;
 pub use damage_detector::{Assessment, DamageDetector, DetectorSettings, SampledTooSlowly};
 pub use fourier_filter::{Conditioned, FilterSettings, FourierFilter, Selection};
 pub use motion_start::{MotionSettings, MotionStart, NoMotion};

@@ -33,6 +33,8 @@ pub struct Evaluation {
 pub struct CaseFit {
     /// What its lost links are, and which variation of the model.
     pub case: Case,
+    /// Sample of the simulated walk with which the measured one begins.
+    pub begin: usize,
     /// The misfit.
     pub misfit: Misfit,
     /// Logarithm of the likelihood, up to a constant.

@@ -8,7 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Evaluation, IdentifySettings, MeasuredWalk, Objective,
     belief::DamagePrior,
-    comparison::{AlignedMeasurement, Alignment, ComparableWalk, LikelihoodSettings},
+    comparison::{
+        AlignedMeasurement, Alignment, ComparableWalk, LikelihoodSettings, SpectralSettings,
+    },
     evaluation::CaseFit,
     walks::{Case, WalkSource, Walked},
 };
@@ -75,8 +77,14 @@ impl<'a> WalkObjective<'a> {
         settings: &IdentifySettings,
     ) -> Self {
         let stretch = measured.stretch();
-        let aligned =
-            |samples| AlignedMeasurement::new(measured.recording(), stretch.start_s, samples);
+        let spectral = SpectralSettings {
+            cutoff_hz: settings.filter.cutoff_hz,
+            gait_period_s: stretch.gait_period_s,
+            between_harmonics: settings.likelihood.between_harmonics,
+        };
+        let aligned = |samples| {
+            AlignedMeasurement::new(measured.recording(), stretch.start_s, samples, spectral)
+        };
         Self {
             walks,
             whole: aligned(stretch.samples),
@@ -97,6 +105,17 @@ impl<'a> WalkObjective<'a> {
     /// How far the body moves on each axis, as a walk with this alignment is compared.
     pub fn motion_deg(&self, alignment: Alignment) -> [f64; 3] {
         self.whole.motion_deg2(alignment).map(f64::sqrt)
+    }
+
+    /// What a fit leaves of each axis, every frequency alike: root mean square.
+    pub fn error_deg(&self, candidate: &Morphology, fit: &CaseFit) -> Option<[f64; 3]> {
+        let go_on = &mut |_: &ComparableWalk| ControlFlow::Continue(());
+        let Walked::Whole(walk) = self.walks.walk(candidate, fit.case, go_on) else {
+            return None;
+        };
+        let alignment = fit.misfit.alignment;
+        let error_deg2 = self.whole.error_deg2(&walk, fit.begin, alignment)?;
+        Some(error_deg2.map(f64::sqrt))
     }
 
     /// Logarithm of likelihood times prior of a candidate, over the cases that it
@@ -159,11 +178,14 @@ impl<'a> WalkObjective<'a> {
     fn judge(&self, case: Case, walk: &ComparableWalk) -> Option<CaseFit> {
         self.begins
             .iter()
-            .filter_map(|&begin| self.whole.misfit(walk, begin, &self.likelihood))
-            .map(|misfit| CaseFit {
-                case,
-                misfit,
-                ln_likelihood: self.likelihood.ln_likelihood(&misfit),
+            .filter_map(|&begin| {
+                let misfit = self.whole.misfit(walk, begin, &self.likelihood)?;
+                Some(CaseFit {
+                    case,
+                    begin,
+                    misfit,
+                    ln_likelihood: self.likelihood.ln_likelihood(&misfit),
+                })
             })
             .max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood))
     }

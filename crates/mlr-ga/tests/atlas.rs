@@ -139,6 +139,48 @@ fn answers_as_the_exact_search_and_is_refused_when_it_does_not_fit() {
     refused(&["--atlas", &scene.atlas], &["is no atlas"]);
 }
 
+/// An atlas of one damaged leg at most, asked about a robot without one leg and about one
+/// without two.
+#[test]
+fn a_smaller_atlas_knows_few_damaged_legs_and_says_so() {
+    let scene = Scene::new();
+    let small = scene.folder.path("small.atlas");
+    let build = ["atlas", "build", "-o", &small, "--most-damaged-legs", "1"];
+    scene.folder.succeeds(&scene.with_files(&build));
+    let size = |path: &str| fs::metadata(path).unwrap().len();
+    assert!(size(&small) < size(&scene.atlas) / 5);
+
+    let two_lost = scene.folder.path("two.csv");
+    let model = ["--robot", &scene.robot, "--gait", &scene.gait];
+    let simulate = ["simulate", "--legs-lost", "1,2", "--walk-s", "6"];
+    let simulate = [&simulate[..], &["-o", &two_lost], &model].concat();
+    scene.folder.succeeds(&simulate);
+    let answer = |log: &str, more: &[&str]| -> Value {
+        let mut arguments = scene.with_files(&["identify", log, "--json"]);
+        arguments.extend(more);
+        let output = scene.folder.program(&arguments).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    for search in ["atlas", "ga"] {
+        let from = |atlas: &str, log: &str| answer(log, &["--atlas", atlas, "--search", search]);
+        let (all, few) = (from(&scene.atlas, &scene.log), from(&small, &scene.log));
+        assert_eq!(few["morphology"], all["morphology"], "{search}");
+        let warning = few["warnings"][0].as_str().unwrap();
+        assert!(warning.contains("at most 1 damaged leg"), "{warning}");
+        assert_eq!(all["warnings"], Value::Array(Vec::new()));
+
+        let (all, few) = (from(&scene.atlas, &two_lost), from(&small, &two_lost));
+        assert_eq!(all["damaged_legs"], Value::from(vec![1, 2]), "{search}");
+        assert!(few["damaged_legs"].as_array().unwrap().len() <= 1);
+        assert!(few["warnings"].to_string().contains("damaged leg"));
+    }
+    let none = scene.folder.path("none.atlas");
+    let build = ["atlas", "build", "-o", &none, "--most-damaged-legs", "0"];
+    let build = scene.with_files(&build);
+    scene.folder.fails(&build, 2, &["--most-damaged-legs", "0"]);
+}
+
 #[test]
 fn answers_are_scored_against_the_truth() {
     let scene = Scene::new();

@@ -48,18 +48,34 @@ fn parameter(report: &Value, kind: &str, name: &str) -> f64 {
 #[test]
 fn the_unseen_half_of_both_real_files_is_predicted() {
     let folder = Folder::new();
-    for (name, rate, before_deg) in [("roll", &ROLL[..], 131.8), ("yaw", &YAW[..], 22.6)] {
+    for (name, rate, before_deg, after_deg, delay_ms, scale) in [
+        ("roll", &ROLL[..], 131.8, 0.36, 6.5, 1.011),
+        ("yaw", &YAW[..], 22.6, 1.14, 11.9, 0.994),
+    ] {
         let found = report(&folder, &real(name), rate, &[]);
         assert_eq!(found["schema"], "mlr.explanation/1");
         let before = number(&found["error_before"]["validation_deg"]);
         assert!((before - before_deg).abs() < 0.1, "{name}: {before}");
         let after = number(&found["error_after"]["validation_deg"]);
-        assert!(after < 1.3, "{name}: {after}");
+        assert!((after - after_deg).abs() < 0.02, "{name}: {after}");
         for kind in ["gyro_bias", "gyro_scale", "sensor_delay"] {
             assert!(kinds(&found).contains(&kind), "{name}: {found}");
         }
         let delay_s = parameter(&found, "sensor_delay", "delay_s");
-        assert!((0.005..0.015).contains(&delay_s), "{name}: {delay_s}");
+        assert!((1e3 * delay_s - delay_ms).abs() < 0.1, "{name}: {delay_s}");
+        let found_scale = parameter(&found, "gyro_scale", "scale");
+        assert!((found_scale - scale).abs() < 1e-3, "{name}: {found_scale}");
+    }
+}
+
+/// No effect makes the rate of another axis, or of another sign, that of the shaft.
+#[test]
+fn control_another_rate_is_not_explained() {
+    let folder = Folder::new();
+    for rate in [["--rate", "g2y_dps"], ["--rate", "g2z_dps"]] {
+        let found = report(&folder, &real("yaw"), &rate, &[]);
+        assert!(number(&found["error_after"]["validation_deg"]) > 30.0);
+        assert_eq!(found["unexplained"], true);
     }
 }
 

@@ -12,15 +12,12 @@
 
 mod daemon;
 
-use std::{thread, time::Duration};
+use std::thread;
 
 use daemon::{
     Daemon, LOG, expect_legs_3_and_4,
     player::{DEVICES, Line, corrupt, play_in_real_time},
 };
-
-/// Five identifications share this computer.
-const PATIENCE: Duration = Duration::from_secs(1200);
 
 /// One daemon per framing, all at once. All are started before the first port is
 /// opened, so that none inherits another's.
@@ -42,7 +39,7 @@ fn every_framing(with_corruption: bool, with_outage: bool) {
             }
             let player = thread::spawn(move || play_in_real_time(line, &frames, with_outage));
             println!("{device:?}");
-            expect_legs_3_and_4(&daemon, PATIENCE);
+            expect_legs_3_and_4(&daemon);
             player.join().unwrap();
             daemon.terminate();
             println!("{device:?}: as expected");

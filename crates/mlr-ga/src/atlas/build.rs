@@ -1,4 +1,4 @@
-use std::{ops::ControlFlow, path::Path};
+use std::{num::NonZeroUsize, ops::ControlFlow, path::Path};
 
 use mlr_imu::NewFile;
 use mlr_model::{Gait, LostLinks, ModelError, Morphology, Robot};
@@ -10,15 +10,17 @@ use super::{
 };
 use crate::{
     IdentifySettings, Progress,
-    comparison::ComparableWalk,
     walks::{Case, SimulatedWalks, WalkSource, Walked},
 };
 
 /// What goes into an atlas.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtlasPlan {
+    /// Morphologies with more damaged legs are left out, which makes the atlas smaller: it
+    /// knows nothing of them. `None`: every feasible morphology is in it.
+    pub most_damaged_legs: Option<NonZeroUsize>,
     /// Morphologies with at most this many damaged legs are simulated under variations
-    /// of the model; all of them on the nominal one.
+    /// of the model; all that are in the atlas on the nominal one.
     pub few_legs: usize,
     /// How long each walks: the compared stretch, after a steady gait is reached and
     /// with any phase.
@@ -28,6 +30,7 @@ pub struct AtlasPlan {
 impl Default for AtlasPlan {
     fn default() -> Self {
         Self {
+            most_damaged_legs: None,
             few_legs: 3,
             duration_s: 8.6,
         }
@@ -68,16 +71,18 @@ fn simulate_all(
     progress: &dyn Progress,
 ) -> Result<(Header, Vec<i16>), AtlasProblem> {
     settings.check_on(robot).map_err(ModelError::from)?;
-    let walk_samples = (plan.duration_s * ComparableWalk::RATE_HZ).round() as usize;
-    let header = Header::new(robot, gait, settings, plan.few_legs, walk_samples);
-    let all: Vec<Morphology> = robot.layout().enumerate().collect();
-    let few: Vec<Morphology> = all
-        .iter()
-        .filter(|morphology| morphology.damaged_legs().len() <= plan.few_legs)
-        .cloned()
-        .collect();
+    let header = Header::new(robot, gait, settings, plan);
+    let walk_samples = header.walk_samples;
+    let layout = robot.layout();
+    let [nominal, varied] = [0, 1].map(|variation| -> Vec<Morphology> {
+        let is_in = |morphology: &Morphology| header.holds(morphology, variation);
+        layout.enumerate().filter(is_in).collect()
+    });
     let cases = header.cases();
-    let walks_of = |case: &Case| if case.variation > 0 { &few } else { &all };
+    let walks_of = |case: &Case| match case.variation {
+        0 => &nominal,
+        _ => &varied,
+    };
     progress.expect(cases.iter().map(|case| walks_of(case).len()).sum());
     let mut samples = Vec::new();
     for case in &cases {
@@ -150,6 +155,7 @@ pub(super) fn simulated(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::comparison::ComparableWalk;
 
     #[test]
     fn hundredths_of_a_degree_and_no_more_than_fits() {

@@ -1,16 +1,17 @@
 use std::{
     fs::File,
     io::{self, BufRead as _, BufReader, Read, Write},
+    num::NonZeroUsize,
     path::Path,
 };
 
 use crc::{CRC_64_XZ, Crc, Digest};
-use mlr_model::{Gait, LostLinks, ModelError, Robot, Variation};
+use mlr_model::{Gait, LostLinks, ModelError, Morphology, Robot, Variation};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::all_lost_links;
-use crate::{IdentifySettings, walks::Case};
+use super::{AtlasPlan, all_lost_links};
+use crate::{IdentifySettings, comparison::ComparableWalk, walks::Case};
 
 /// Why an atlas cannot be used.
 #[derive(Debug, Error)]
@@ -78,8 +79,11 @@ pub(super) struct Header {
     gait: Described,
     simulation: Described,
     variations: Vec<Variation>,
+    /// Morphologies with more damaged legs are not in it; without a number all are.
+    #[serde(default)]
+    pub(super) most_damaged_legs: Option<NonZeroUsize>,
     /// Morphologies with at most so many damaged legs are in it under variations.
-    pub(super) few_legs: usize,
+    few_legs: usize,
     pub(super) walk_samples: usize,
 }
 
@@ -116,8 +120,7 @@ impl Header {
         robot: &Robot,
         gait: &Gait,
         settings: &IdentifySettings,
-        few_legs: usize,
-        walk_samples: usize,
+        plan: AtlasPlan,
     ) -> Self {
         Self {
             program: env!("CARGO_PKG_VERSION").into(),
@@ -125,9 +128,18 @@ impl Header {
             gait: Described::new(&gait.name, gait),
             simulation: Described::new("simulation", &settings.simulation),
             variations: settings.variations.clone(),
-            few_legs,
-            walk_samples,
+            most_damaged_legs: plan.most_damaged_legs,
+            few_legs: plan.few_legs,
+            walk_samples: (plan.duration_s * ComparableWalk::RATE_HZ).round() as usize,
         }
+    }
+
+    /// Whether the walks of this morphology under this variation are in it.
+    pub(super) fn holds(&self, morphology: &Morphology, variation: usize) -> bool {
+        let damaged = morphology.damaged_legs().len();
+        self.most_damaged_legs
+            .is_none_or(|most| damaged <= most.get())
+            && (variation == 0 || damaged <= self.few_legs)
     }
 
     /// The cases in the order in which their walks follow each other.
@@ -150,7 +162,7 @@ impl Header {
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<(), AtlasProblem> {
-        let now = Self::new(robot, gait, settings, self.few_legs, self.walk_samples);
+        let now = Self::new(robot, gait, settings, AtlasPlan::default());
         if self.program != now.program {
             return Err(AtlasProblem::Stale {
                 what: "version of the program",

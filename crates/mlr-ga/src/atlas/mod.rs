@@ -20,7 +20,8 @@ use crate::{
 use file::{AtlasReader, Header, SAMPLE_DEG};
 
 /// The walks of every feasible morphology of one robot with one gait on the nominal
-/// model, and of those with few damaged legs under its variations.
+/// model, and of those with few damaged legs under its variations. A smaller atlas
+/// ([`AtlasPlan::most_damaged_legs`]) knows nothing of morphologies with many damaged legs.
 ///
 /// The file, little-endian throughout: 8 bytes `MLRATLAS`, u32 version of the
 /// format, u32 length of the header, the header as JSON, zeros up to a multiple of
@@ -34,7 +35,7 @@ pub struct Atlas {
     samples: Vec<i16>,
     /// Index of the first walk of each case.
     cases: BTreeMap<Case, Block>,
-    /// Place of a morphology among all.
+    /// Place of a morphology among all that are in it.
     places: BTreeMap<Morphology, usize>,
     /// Place of a morphology among those with few damaged legs.
     few_places: BTreeMap<Morphology, usize>,
@@ -86,6 +87,15 @@ impl Atlas {
         self.header.walk_samples
     }
 
+    /// What whoever reads an answer from it must know: which morphologies it lacks.
+    pub fn warning(&self) -> Option<String> {
+        let most = self.header.most_damaged_legs?;
+        Some(format!(
+            "the atlas holds morphologies with at most {most} damaged {}: no others were considered",
+            if most.get() == 1 { "leg" } else { "legs" }
+        ))
+    }
+
     /// Walks in it.
     pub fn walks(&self) -> usize {
         self.samples.len() / (AXES * self.header.walk_samples)
@@ -96,10 +106,12 @@ impl Atlas {
         let mut places = BTreeMap::new();
         let mut few_places = BTreeMap::new();
         for morphology in robot.layout().enumerate() {
-            if morphology.damaged_legs().len() <= header.few_legs {
+            if header.holds(&morphology, 1) {
                 few_places.insert(morphology.clone(), few_places.len());
             }
-            places.insert(morphology, places.len());
+            if header.holds(&morphology, 0) {
+                places.insert(morphology, places.len());
+            }
         }
         let mut cases = BTreeMap::new();
         let mut walks = 0_usize;

@@ -1,6 +1,6 @@
 //! `mlr-ga atlas build`.
 
-use std::{path::PathBuf, time::Instant};
+use std::{num::NonZeroUsize, path::PathBuf, time::Instant};
 
 use clap::{Args, Subcommand};
 use mlr_ga::atlas;
@@ -32,6 +32,11 @@ struct BuildOptions {
     /// All settings, in TOML, as the atlas's user will have them.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Leave out morphologies with more damaged legs: a smaller atlas, built sooner. An answer from
+    /// it never names more damaged legs, and warns of that [default: every morphology].
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..))]
+    most_damaged_legs: Option<u16>,
     #[command(flatten)]
     model: ModelFiles,
 }
@@ -43,7 +48,11 @@ pub(super) fn run(options: &AtlasOptions) -> anyhow::Result<()> {
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
     output::refuse_stdout(&options.output)?;
-    let plan = atlas::AtlasPlan::default();
+    let most_damaged_legs = options.most_damaged_legs.map(usize::from);
+    let plan = atlas::AtlasPlan {
+        most_damaged_legs: most_damaged_legs.and_then(NonZeroUsize::new),
+        ..atlas::AtlasPlan::default()
+    };
     let bar = Bar::new();
     let built = atlas::build(&options.output, &robot, &gait, &settings, plan, &bar);
     bar.clear();

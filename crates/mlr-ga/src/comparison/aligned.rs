@@ -1,7 +1,10 @@
 use mlr_filter::{MovingMean, OrientationSeries};
 use serde::{Deserialize, Serialize};
 
-use super::{ComparableWalk, LikelihoodSettings, Misfit};
+use super::{
+    ComparableWalk, LikelihoodSettings, Misfit,
+    spectral_form::{SpectralForm, SpectralSettings},
+};
 
 /// How a robot's walk is laid over the model's.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -50,66 +53,90 @@ impl Alignment {
     }
 }
 
-/// A stretch of a recording, sampled for every alignment, each axis without its
-/// mean and trend.
+/// A stretch of a recording, sampled for every alignment: the spectra of its angles below the
+/// filter's cutoff, each axis without its mean and trend.
 #[derive(Debug, Clone)]
 pub struct AlignedMeasurement {
-    samples: usize,
     alignments: Vec<Alignment>,
     /// For each alignment roll, pitch and yaw one after the other, in degrees.
-    signals: Vec<f32>,
-    trend: Trend,
+    spectra: Vec<f32>,
+    form: SpectralForm,
 }
 
 impl AlignedMeasurement {
     /// Samples the stretch that begins at `start_s` of the recording's time, whose
     /// stamps increase. `samples` of [`ComparableWalk::RATE_HZ`] are compared.
-    pub fn new(recording: &OrientationSeries, start_s: f64, samples: usize) -> Self {
+    pub fn new(
+        recording: &OrientationSeries,
+        start_s: f64,
+        samples: usize,
+        spectral: SpectralSettings,
+    ) -> Self {
         let means = MovingMean::new(recording);
-        let trend = Trend::new(samples);
+        let form = SpectralForm::new(samples, spectral);
         let alignments: Vec<Alignment> = Alignment::all().collect();
-        let mut signals = vec![0.0; alignments.len() * AXES * samples];
-        for (alignment, signal) in alignments.iter().zip(signals.chunks_mut(AXES * samples)) {
+        let mut spectra = vec![0.0; alignments.len() * AXES * form.axis_len()];
+        let mut signals = vec![0.0; AXES * samples];
+        for (alignment, spectra) in alignments
+            .iter()
+            .zip(spectra.chunks_mut(AXES * form.axis_len()))
+        {
             for index in 0..samples {
                 let gait_time_s = index as f64 / ComparableWalk::RATE_HZ;
                 let time_s = start_s + alignment.robot_time_s(gait_time_s);
                 let mean = means.around(time_s, ComparableWalk::HALF_WIDTH_S);
                 for (axis, angle_rad) in mean.into_array().into_iter().enumerate() {
-                    signal[axis * samples + index] = angle_rad.to_degrees() as f32;
+                    signals[axis * samples + index] = angle_rad.to_degrees() as f32;
                 }
             }
-            for axis in signal.chunks_mut(samples) {
-                trend.remove(axis);
+            let axes = signals.chunks_mut(samples);
+            for (signal, spectrum) in axes.zip(spectra.chunks_mut(form.axis_len())) {
+                form.transform(signal, spectrum);
             }
         }
         Self {
-            samples,
             alignments,
-            signals,
-            trend,
+            spectra,
+            form,
         }
     }
 
     /// Samples that are compared.
     pub fn samples(&self) -> usize {
-        self.samples
+        self.form.samples()
     }
 
     /// How far the body moves: mean square of each axis without its mean and trend, in deg²,
     /// under an alignment that is tried.
     pub fn motion_deg2(&self, alignment: Alignment) -> [f64; AXES] {
+        let still = vec![0.0; AXES * self.form.axis_len()];
+        self.plain_deg2(alignment, &still)
+    }
+
+    /// How far `walk`, from its sample `from` on, is from the measurement: mean square of each
+    /// axis without its mean and trend, in deg², every frequency below the cutoff alike.
+    /// `None` when the walk is too short.
+    pub fn error_deg2(
+        &self,
+        walk: &ComparableWalk,
+        from: usize,
+        alignment: Alignment,
+    ) -> Option<[f64; AXES]> {
+        Some(self.plain_deg2(alignment, &self.simulated(walk, from)?))
+    }
+
+    fn plain_deg2(&self, alignment: Alignment, simulated: &[f32]) -> [f64; AXES] {
         let index = self.alignments.iter().position(|one| *one == alignment);
-        let signals = self.signals.chunks(AXES * self.samples);
-        let signal = index.and_then(|index| signals.into_iter().nth(index));
-        let mut motion_deg2 = [0.0; AXES];
-        for (target, axis) in motion_deg2
-            .iter_mut()
-            .zip(signal.unwrap_or_default().chunks(self.samples))
-        {
-            let squares: f64 = axis.iter().map(|x| f64::from(x * x)).sum();
-            *target = squares / axis.len() as f64;
+        let mut all = self.spectra.chunks(AXES * self.form.axis_len());
+        let measured = index.and_then(|index| all.nth(index)).unwrap_or_default();
+        let axes = measured
+            .chunks(self.form.axis_len().max(1))
+            .zip(simulated.chunks(self.form.axis_len().max(1)));
+        let mut plain_deg2 = [0.0; AXES];
+        for (target, (measured, simulated)) in plain_deg2.iter_mut().zip(axes) {
+            *target = self.form.plain_square(measured, simulated);
         }
-        motion_deg2
+        plain_deg2
     }
 
     /// How far `walk`, from its sample `from` on, is from the measurement, with the
@@ -127,9 +154,8 @@ impl AlignedMeasurement {
         })
     }
 
-    /// An upper bound of the logarithm of the likelihood that a walk can reach of
-    /// which this measurement shows the first `share`. `None` when the walk is too
-    /// short.
+    /// What the logarithm of the likelihood can still become of a walk of which this
+    /// measurement shows the first `share`. `None` when the walk is too short.
     pub fn ln_bound(
         &self,
         walk: &ComparableWalk,
@@ -144,33 +170,40 @@ impl AlignedMeasurement {
 
     /// The misfit under each alignment.
     fn misfits(&self, walk: &ComparableWalk, from: usize) -> Option<impl Iterator<Item = Misfit>> {
-        let samples = self.samples;
-        let mut simulated = vec![0.0; AXES * samples];
-        let angles = walk.angles_deg().as_ref().into_array();
-        for (axis, target) in angles.into_iter().zip(simulated.chunks_mut(samples)) {
-            target.copy_from_slice(axis.get(from..from + samples)?);
-            self.trend.remove(target);
-        }
-        let measured = self.signals.chunks(AXES * samples);
+        let length = self.form.axis_len();
+        let simulated = self.simulated(walk, from)?;
+        let measured = self.spectra.chunks(AXES * length);
         Some(
             self.alignments
                 .iter()
                 .zip(measured)
                 .map(move |(alignment, measured)| {
-                    let mean_square = |axis: usize| {
-                        let range = axis * samples..(axis + 1) * samples;
-                        mean_square_difference(&measured[range.clone()], &simulated[range])
+                    let square = |axis: usize| {
+                        let range = axis * length..(axis + 1) * length;
+                        square_distance(&measured[range.clone()], &simulated[range])
                     };
                     Misfit {
-                        mean_square_deg2: [mean_square(0), mean_square(1), mean_square(2)],
+                        mean_square_deg2: [square(0), square(1), square(2)],
                         alignment: *alignment,
                     }
                 }),
         )
     }
+
+    /// The spectra of a walk from its sample `from` on.
+    fn simulated(&self, walk: &ComparableWalk, from: usize) -> Option<Vec<f32>> {
+        let (samples, length) = (self.form.samples(), self.form.axis_len());
+        let mut spectra = vec![0.0; AXES * length];
+        let angles = walk.angles_deg().as_ref().into_array();
+        for (axis, spectrum) in angles.into_iter().zip(spectra.chunks_mut(length)) {
+            let mut signal = axis.get(from..from + samples)?.to_vec();
+            self.form.transform(&mut signal, spectrum);
+        }
+        Some(spectra)
+    }
 }
 
-fn mean_square_difference(a: &[f32], b: &[f32]) -> f64 {
+fn square_distance(a: &[f32], b: &[f32]) -> f64 {
     // Eight sums side by side let the compiler use whole registers; the order of
     // the additions is fixed, so that the result is the same everywhere.
     const LANES: usize = 8;
@@ -188,37 +221,7 @@ fn mean_square_difference(a: &[f32], b: &[f32]) -> f64 {
             sums[lane] += difference * difference;
         }
     }
-    f64::from(sums.iter().sum::<f32>() + rest) / a.len() as f64
-}
-
-/// Removes mean and linear trend: projection on what is orthogonal to both.
-#[derive(Debug, Clone)]
-struct Trend {
-    /// A line through zero in the middle, of unit length.
-    slope: Vec<f32>,
-}
-
-impl Trend {
-    fn new(samples: usize) -> Self {
-        let middle = samples.saturating_sub(1) as f64 / 2.0;
-        let line: Vec<f64> = (0..samples).map(|index| index as f64 - middle).collect();
-        let length = line.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-12);
-        Self {
-            slope: line.iter().map(|x| (x / length) as f32).collect(),
-        }
-    }
-
-    fn remove(&self, signal: &mut [f32]) {
-        let mean = signal.iter().sum::<f32>() / signal.len() as f32;
-        let along: f32 = signal
-            .iter()
-            .zip(&self.slope)
-            .map(|(x, slope)| (x - mean) * slope)
-            .sum();
-        for (x, slope) in signal.iter_mut().zip(&self.slope) {
-            *x -= mean + along * slope;
-        }
-    }
+    f64::from(sums.iter().sum::<f32>() + rest)
 }
 
 #[cfg(test)]
@@ -229,6 +232,12 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    const SPECTRAL: SpectralSettings = SpectralSettings {
+        cutoff_hz: 10.0,
+        gait_period_s: 1.0,
+        between_harmonics: 0.16,
+    };
 
     /// Angles of a gait with a period of one second, in radians.
     fn gait(t: f64) -> Axes<f64> {
@@ -273,7 +282,7 @@ mod tests {
                     yaw: angles.yaw + tilt_rad[2] + drift_radps * t,
                 }
             });
-            let measured = AlignedMeasurement::new(&recording, start_s, 125);
+            let measured = AlignedMeasurement::new(&recording, start_s, 125, SPECTRAL);
             let misfit = measured
                 .misfit(&simulated(), 0, &LikelihoodSettings::default())
                 .unwrap();
@@ -293,7 +302,7 @@ mod tests {
                 yaw: angles.yaw,
             }
         });
-        let measured = AlignedMeasurement::new(&recording, 2.0, 125);
+        let measured = AlignedMeasurement::new(&recording, 2.0, 125, SPECTRAL);
         let settings = LikelihoodSettings::default();
         let misfit = measured.misfit(&simulated(), 0, &settings).unwrap();
         assert!(misfit.mean_square_deg2[1] > 5.0, "{misfit:?}");
@@ -302,26 +311,9 @@ mod tests {
     #[test]
     fn a_walk_that_is_too_short_is_not_compared() {
         let recording = series(0.0, 9.0, |t| gait(t - 2.0));
-        let measured = AlignedMeasurement::new(&recording, 2.0, 125);
+        let measured = AlignedMeasurement::new(&recording, 2.0, 125, SPECTRAL);
         let settings = LikelihoodSettings::default();
         assert!(measured.misfit(&simulated(), 0, &settings).is_some());
         assert!(measured.misfit(&simulated(), 100, &settings).is_none());
-    }
-
-    proptest! {
-        #[test]
-        fn a_part_never_fits_worse_than_the_whole_would_have_it(
-            noise in prop::collection::vec(-1.0..1.0_f32, 125),
-            part in 20_usize..124,
-        ) {
-            // What makes early abandoning safe: the sum of squares over a part, with a
-            // trend of its own, bounds that over the whole from below.
-            let sum = |samples: usize| {
-                let mut signal = noise[..samples].to_vec();
-                Trend::new(samples).remove(&mut signal);
-                signal.iter().map(|x| f64::from(x * x)).sum::<f64>()
-            };
-            prop_assert!(sum(part) <= sum(125) * (1.0 + 1e-5));
-        }
     }
 }

@@ -6,7 +6,7 @@ use super::Alignment;
 /// What is left between measured and simulated walk, roll, pitch, yaw.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Misfit {
-    /// Mean square of each axis.
+    /// Mean square of each axis, what lies between the harmonics of the gait weighed down.
     pub mean_square_deg2: [f64; 3],
     /// Under this alignment.
     pub alignment: Alignment,
@@ -28,6 +28,10 @@ pub struct LikelihoodSettings {
     /// Errors below this size say nothing: sensor noise, and what no model gets
     /// right.
     pub floor_deg: f64,
+    /// What the square of an error at a frequency between two harmonics of the gait counts,
+    /// against 1 at a harmonic. Damage changes what repeats with the gait; rubble, noise and
+    /// slip change everything.
+    pub between_harmonics: f64,
     /// Standard deviation of the gait clock's error that is thought likely.
     pub clock_deviation: f64,
 }
@@ -37,6 +41,7 @@ impl Default for LikelihoodSettings {
         Self {
             independent_errors: [5.0, 5.0, 3.0],
             floor_deg: 0.15,
+            between_harmonics: 0.16,
             clock_deviation: 0.035,
         }
     }
@@ -51,6 +56,8 @@ impl LikelihoodSettings {
         let errors = &self.independent_errors;
         SettingError::check_each("independent_errors", errors, 0.01..=1000.0, "")?;
         SettingError::check("floor_deg", self.floor_deg, 1e-6..=45.0, "degrees")?;
+        let between = self.between_harmonics;
+        SettingError::check("between_harmonics", between, 0.001..=1.0, "")?;
         SettingError::check("clock_deviation", self.clock_deviation, 1e-6..=1.0, "")
     }
 
@@ -59,11 +66,12 @@ impl LikelihoodSettings {
         self.ln_of_errors(misfit.mean_square_deg2) - self.ln_price_of(misfit.alignment)
     }
 
-    /// An upper bound of the likelihood of a walk, from the misfit of its first
-    /// part, `share` of the whole.
+    /// What the likelihood of a walk can still become, from the misfit of its first part,
+    /// `share` of the whole. Only an error that changes its sign later could undercut it.
     pub fn ln_bound(&self, misfit: &Misfit, share: f64) -> f64 {
-        // In the best case nothing is added to the sum of squares.
-        let whole = misfit.mean_square_deg2.map(|s| s * share);
+        // A harmonic that is wrong in the part and right later has this share of its amplitude
+        // in the whole.
+        let whole = misfit.mean_square_deg2.map(|s| s * share * share);
         self.ln_of_errors(whole)
     }
 

@@ -5,6 +5,9 @@
 //! It punishes a delay of the servos more than a lost link, and trusts yaw, which
 //! depends on friction, as much as roll. Here, instead,
 //!
+//! - what is compared is the spectrum below the cutoff of Algorithm 2 ([`AlignedMeasurement`]),
+//!   in which the harmonics of the gait count in full and what lies between them counts less
+//!   ([`SpectralSettings`]);
 //! - the mean and the linear trend of each angle do not count: a sensor mounted at
 //!   a tilt, a slope, a drift of yaw;
 //! - delay and gait clock are fitted for every candidate ([`Alignment`]);
@@ -14,7 +17,9 @@
 mod aligned;
 mod comparable_walk;
 mod misfit;
+mod spectral_form;
 
 pub use aligned::{AlignedMeasurement, Alignment};
 pub use comparable_walk::ComparableWalk;
 pub use misfit::{LikelihoodSettings, Misfit};
+pub use spectral_form::SpectralSettings;

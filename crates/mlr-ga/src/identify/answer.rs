@@ -95,7 +95,12 @@ pub struct BestFit {
 }
 
 impl BestFit {
-    pub(super) fn new(fit: CaseFit, motion_deg: [f64; 3], variations: &[Variation]) -> Self {
+    pub(super) fn new(
+        fit: CaseFit,
+        error_deg: [f64; 3],
+        motion_deg: [f64; 3],
+        variations: &[Variation],
+    ) -> Self {
         Self {
             lost_links: fit.case.lost_links,
             alignment: fit.misfit.alignment,
@@ -103,7 +108,7 @@ impl BestFit {
                 .get(fit.case.variation)
                 .copied()
                 .unwrap_or_default(),
-            error_deg: fit.misfit.mean_square_deg2.map(f64::sqrt),
+            error_deg,
             motion_deg,
         }
     }

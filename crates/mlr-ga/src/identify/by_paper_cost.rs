@@ -4,11 +4,11 @@ use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
 use super::{
-    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Model, Search, Verdict,
+    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Search, Verdict,
     searched::Searched,
 };
 use crate::{
-    AnswerError, Evaluations, Progress,
+    AnswerError, Evaluations, Model, Progress,
     belief::{Belief, Posterior},
     paper_cost::PaperCost,
 };

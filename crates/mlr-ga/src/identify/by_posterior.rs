@@ -7,11 +7,12 @@ use mlr_model::Morphology;
 use rayon::prelude::*;
 
 use super::{
-    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Model, Search, Verdict,
-    leading, model_walks::ModelWalks, searched::Searched,
+    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Search, Verdict, leading,
+    model_walks::ModelWalks, searched::Searched,
 };
 use crate::{
-    AnswerError, Evaluations, Progress, WalkObjective,
+    AnswerError, Evaluations, Model, Progress, WalkObjective,
+    atlas::Atlas,
     belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
     mean_error_deg,
@@ -50,6 +51,7 @@ pub(super) fn verdict(
     let fit = likeliest_fit(&weighed, &best).ok_or_else(no_walk)?;
     let fit = BestFit::new(
         fit,
+        objective.error_deg(&best, &fit).ok_or_else(no_walk)?,
         objective.motion_deg(fit.misfit.alignment),
         &settings.variations,
     );
@@ -76,7 +78,7 @@ pub(super) fn verdict(
         evaluations: evaluations.len(),
         diverged: evaluations.diverged(),
         searched,
-        warnings: Vec::new(),
+        warnings: model.atlas.and_then(Atlas::warning).into_iter().collect(),
     })
 }
 

@@ -50,6 +50,8 @@ pub struct Stretch {
     /// How much later in the gait than such a sample the window starts; the first
     /// compared sample is earlier than the window by as much.
     pub later_s: f64,
+    /// Period of the gait.
+    pub gait_period_s: f64,
 }
 
 impl Stretch {
@@ -68,6 +70,7 @@ impl Stretch {
             samples: (2..=wanted).rev().find(fits).unwrap_or(2),
             begins: begins.samples,
             later_s: begins.later_s,
+            gait_period_s: gait.period_s,
         }
     }
 
@@ -80,12 +83,12 @@ impl Stretch {
     }
 
     /// Checkpoints, in samples of the stretch, at which a candidate that does not fit
-    /// may be abandoned.
+    /// may be abandoned. They are whole gait cycles, whose harmonics have bins of their own.
     pub fn parts(&self) -> Vec<usize> {
-        const PARTS_S: [f64; 3] = [1.5, 2.5, 3.5];
-        PARTS_S
+        [2.0, 3.0, 4.0]
             .iter()
-            .map(|part_s| (part_s * ComparableWalk::RATE_HZ).round() as usize)
+            .map(|cycles| cycles * self.gait_period_s * ComparableWalk::RATE_HZ)
+            .map(|samples| samples.round() as usize)
             .filter(|part| *part < self.samples)
             .collect()
     }

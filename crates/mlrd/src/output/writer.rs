@@ -210,7 +210,8 @@ mod tests {
         expendable: 2,
         bytes: 10_000_000,
     };
-    const LONG: Duration = Duration::from_secs(60);
+    /// Ends a hang.
+    const LONG: Duration = Duration::from_secs(1800);
 
     /// A line larger than any pipe.
     fn large() -> String {

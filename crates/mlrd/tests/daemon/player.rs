@@ -221,7 +221,7 @@ impl Line {
 
     pub(crate) fn plug_in(&mut self) {
         let (mut master, slave) = TTYPort::pair().unwrap();
-        master.set_timeout(Duration::from_secs(60)).unwrap();
+        master.set_timeout(super::HANG).unwrap();
         super::plug_in(&self.link, &slave.name().unwrap());
         self.ends = Some((master, slave));
     }
@@ -255,10 +255,12 @@ impl Line {
 pub(crate) const OUTAGE_S: std::ops::Range<f64> = 12.0..13.5;
 
 /// Plays at the speed of life, a few milliseconds at a time; what falls into an
-/// outage is lost.
+/// outage is lost. On a computer that cannot keep up it plays slower: the daemon, whose clock
+/// some devices rely on, must not get a long stretch at once.
 pub(crate) fn play_in_real_time(mut line: Line, frames: &[Frame], with_outage: bool) -> Line {
     const PIECE_S: f64 = 0.004;
-    let begin = Instant::now();
+    const CATCHES_UP: Duration = Duration::from_millis(200);
+    let mut begin = Instant::now();
     let mut outages = with_outage.then_some(OUTAGE_S);
     let mut is_out = false;
     let mut rest = frames;
@@ -269,6 +271,8 @@ pub(crate) fn play_in_real_time(mut line: Line, frames: &[Frame], with_outage: b
         rest = later;
         let due = begin + Duration::from_secs_f64(end_s);
         thread::sleep(due.saturating_duration_since(Instant::now()));
+        let late = Instant::now().saturating_duration_since(due);
+        begin += late.saturating_sub(CATCHES_UP);
         if let Some(outage) = &outages {
             if !is_out && end_s >= outage.start {
                 line.unplug();

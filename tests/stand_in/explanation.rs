@@ -1,0 +1,60 @@
+use mlr_ga::{ExplainSettings, IdentifySettings, explain};
+use mlr_residual::walk::{Reported, TracingSettings, WalkExplanation};
+
+use crate::{model::KNOWN, recording, truth::Truth};
+
+fn explained(name: &str) -> WalkExplanation {
+    let recording = recording(name);
+    assert!(recording.raw_beside_angles().is_some());
+    let how = ExplainSettings {
+        identify: &IdentifySettings::default(),
+        tracing: &TracingSettings::default(),
+    };
+    explain(&recording, KNOWN.with_atlas(), how, &())
+        .unwrap()
+        .explanation
+}
+
+fn quantity(reported: &Reported) -> f64 {
+    match reported {
+        Reported::Quantity(value) => *value,
+        other => panic!("{other:?} is no quantity"),
+    }
+}
+
+/// Whether the explanation names the damaged legs and nothing but the undeclared effect.
+fn is_explained_by(truth: &Truth, explanation: &WalkExplanation) -> bool {
+    let kinds: Vec<&str> = explanation
+        .effects
+        .iter()
+        .map(|effect| effect.kind.as_str())
+        .collect();
+    explanation.damaged_legs == truth.damaged_legs()
+        && kinds == Vec::from_iter(truth.effect.as_deref())
+        && !explanation.unexplained
+}
+
+#[test]
+fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
+    let explanation = explained("undeclared-c");
+    let truths = Truth::all();
+    let truth = &truths["undeclared-c"];
+    assert_eq!(truth.effect.as_deref(), Some("imu_misalignment"));
+    assert!(is_explained_by(truth, &explanation), "{explanation:#?}");
+    for other in ["healthy", "undeclared-a", "undeclared-b"] {
+        assert!(!is_explained_by(&truths[other], &explanation), "{other}");
+    }
+
+    let effect = &explanation.effects[0];
+    for (axis, name) in ["roll_deg", "pitch_deg"].into_iter().enumerate() {
+        let tilt_deg = truth.plant["mis_deg"][axis].as_f64().unwrap();
+        let found_deg = quantity(&effect.parameters[name]);
+        assert!((found_deg - tilt_deg).abs() < 0.5, "{name} {found_deg}");
+        assert!(tilt_deg.abs() > 1.0, "none would be found as well");
+    }
+    // On a robot that hardly turns, a slope tilts the sensor as well.
+    let rivals: Vec<&str> = effect.rivals.iter().map(|rival| &*rival.kind).collect();
+    assert_eq!(rivals, ["slope"]);
+    let (before, after) = (explanation.error_before, explanation.error_after);
+    assert!(after.validation_deg < 0.05 * before.validation_deg);
+}

@@ -1,0 +1,42 @@
+use std::{num::NonZeroUsize, sync::LazyLock};
+
+use mlr_ga::{
+    IdentifySettings, Model,
+    atlas::{Atlas, AtlasPlan, build},
+};
+use mlr_model::{Gait, Robot};
+
+/// The robot in full health, its gait, and an atlas of it.
+pub(crate) struct KnownRobot {
+    robot: Robot,
+    gait: Gait,
+    atlas: Atlas,
+}
+
+/// What all tests of this program share.
+pub(crate) static KNOWN: LazyLock<KnownRobot> = LazyLock::new(KnownRobot::new);
+
+impl KnownRobot {
+    /// Simulates all morphologies with at most two damaged legs, gone and locked, under all
+    /// variations of the model, for logs that show the start of the walk: two to three minutes
+    /// of one core. It is built anew each time: one that was kept would hide what a change of
+    /// the simulation does.
+    fn new() -> Self {
+        let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+        let settings = IdentifySettings::default();
+        let plan = AtlasPlan {
+            most_damaged_legs: NonZeroUsize::new(2),
+            duration_s: settings.window_s,
+            ..AtlasPlan::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("jethexa.atlas");
+        build(&path, &robot, &gait, &settings, plan, &()).unwrap();
+        let atlas = Atlas::open(&path, &robot, &gait, &settings).unwrap();
+        Self { robot, gait, atlas }
+    }
+
+    pub(crate) fn with_atlas(&self) -> Model<'_> {
+        Model::new(&self.robot, &self.gait).with_atlas(&self.atlas)
+    }
+}
