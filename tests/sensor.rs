@@ -52,7 +52,7 @@ impl Shaft {
 
     /// The agreement of the log as the programs read it.
     fn as_read(&self) -> Agreement {
-        let log = read_log(&data(&self.path), &shaft_sensor_columns()).unwrap();
+        let log = read_log(data(&self.path), &shaft_sensor_columns()).unwrap();
         self.agreement(&log.orientation)
     }
 

@@ -17,7 +17,7 @@ fn recording(name: &str) -> Recording {
 }
 
 fn recording_of(name: &str, columns: &Columns) -> Recording {
-    read_log(&data(&format!("logs/stand-in/{name}.csv.gz")), columns).unwrap()
+    read_log(data(&format!("logs/stand-in/{name}.csv.gz")), columns).unwrap()
 }
 
 /// Looks for the orientation under names that no log has.

@@ -62,11 +62,7 @@ pub(super) fn run(options: &CompareOptions) -> anyhow::Result<()> {
     let picture = options.plot.as_ref().map(reserve).transpose()?;
     let signals = options.signals.as_ref().map(reserve).transpose()?;
     let recording = options.log.read()?.mounted(&configuration.mounting)?;
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: None,
-    };
+    let model = Model::new(&robot, &gait);
     let comparison = compare(&recording, model, &configuration.identification, morphology)
         .map_err(|error| options.log.blame(error))?;
     if let Some(file) = picture {

@@ -50,7 +50,7 @@ pub struct Identification {
     pub indistinguishable: Vec<Morphology>,
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
-    /// Log time at which the compared stretch starts.
+    /// Log time at which the compared stretch begins.
     pub window_start_s: f64,
     /// Length of the compared stretch.
     pub window_s: f64,
@@ -76,10 +76,10 @@ pub struct Identification {
     pub signals: ComparedSignals,
 }
 
-/// The model and the alignment with the greatest likelihood of the best morphology.
+/// The model and the alignment under which the best morphology is likeliest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BestFit {
-    /// Whether the lost links are absent or locked.
+    /// What the lost links are taken to be.
     pub lost_links: LostLinks,
     /// Clock and delay of the robot.
     #[serde(flatten)]
@@ -87,7 +87,8 @@ pub struct BestFit {
     /// The variation of the model.
     #[serde(flatten)]
     pub variation: Variation,
-    /// Root mean square of the residual of roll, pitch and yaw, without means and trends.
+    /// Root mean square of what is left of roll, pitch and yaw without their means
+    /// and trends.
     pub error_deg: [f64; 3],
     /// Root mean square of measured roll, pitch and yaw without their means and trends.
     pub motion_deg: [f64; 3],

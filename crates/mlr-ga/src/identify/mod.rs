@@ -48,7 +48,7 @@ pub fn identify(
         Method::Mlr => by_posterior::verdict(&measured, model, search, settings, progress)?,
         Method::Paper => by_paper_cost::verdict(&measured, model, search, settings, progress)?,
     };
-    Ok(verdict.into_answer(measured, search, settings))
+    Ok(verdict.into_answer(&measured, search, settings))
 }
 
 /// What a method decided.
@@ -72,7 +72,7 @@ struct Verdict {
 impl Verdict {
     fn into_answer(
         self,
-        measured: MeasuredWalk,
+        measured: &MeasuredWalk,
         search: Search,
         settings: &IdentifySettings,
     ) -> Identification {
