@@ -236,7 +236,7 @@ mod tests {
     const SPECTRAL: SpectralSettings = SpectralSettings {
         cutoff_hz: 10.0,
         gait_period_s: 1.0,
-        between_harmonics: 0.16,
+        between_harmonics: 0.36,
     };
 
     /// Angles of a gait with a period of one second, in radians.

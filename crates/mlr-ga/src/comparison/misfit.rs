@@ -41,7 +41,7 @@ impl Default for LikelihoodSettings {
         Self {
             independent_errors: [5.0, 5.0, 3.0],
             floor_deg: 0.15,
-            between_harmonics: 0.16,
+            between_harmonics: 0.36,
             clock_deviation: 0.035,
         }
     }
