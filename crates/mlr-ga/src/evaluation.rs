@@ -34,7 +34,7 @@ pub struct CaseFit {
     /// What its lost links are, and which variation of the model.
     pub case: Case,
     /// Sample of the simulated walk with which the measured one begins.
-    pub begin: usize,
+    pub offset: usize,
     /// The misfit.
     pub misfit: Misfit,
     /// Logarithm of the likelihood, up to a constant.

@@ -65,9 +65,9 @@ pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use explain::{ExplainError, ExplainSettings, Explained, ExplanationReport, explain};
 pub use identify::{
-    Alternative, Begins, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,
-    IdentificationReport, IdentifySettings, MeasuredWalk, Method, Search, Stretch, WalkStart,
-    identify,
+    Alternative, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,
+    IdentificationReport, IdentifySettings, MeasuredWalk, Method, Search, Stretch, WalkOffsets,
+    WalkStart, identify,
 };
 pub use model::Model;
 pub use objective::{Fit, LossHypothesis, WalkObjective};

@@ -62,8 +62,8 @@ pub struct WalkObjective<'a> {
     whole: AlignedMeasurement,
     /// The first parts of the measured walk at which a candidate may be given up.
     parts: Vec<AlignedMeasurement>,
-    /// Samples of a simulated walk with which the measured one may begin.
-    begins: Vec<usize>,
+    /// Samples of a simulated walk that the first measured one is aligned with in turn.
+    offsets: Vec<usize>,
     lost_links: LossHypothesis,
     likelihood: LikelihoodSettings,
     prior: DamagePrior,
@@ -89,7 +89,7 @@ impl<'a> WalkObjective<'a> {
             walks,
             whole: aligned(stretch.samples),
             parts: stretch.parts().into_iter().map(aligned).collect(),
-            begins: stretch.begins.clone(),
+            offsets: stretch.offsets.clone(),
             lost_links: settings.lost_links,
             likelihood: LikelihoodSettings {
                 independent_errors: settings
@@ -114,7 +114,7 @@ impl<'a> WalkObjective<'a> {
             return None;
         };
         let alignment = fit.misfit.alignment;
-        let error_deg2 = self.whole.error_deg2(&walk, fit.begin, alignment)?;
+        let error_deg2 = self.whole.error_deg2(&walk, fit.offset, alignment)?;
         Some(error_deg2.map(f64::sqrt))
     }
 
@@ -176,13 +176,13 @@ impl<'a> WalkObjective<'a> {
     }
 
     fn judge(&self, case: Case, walk: &ComparableWalk) -> Option<CaseFit> {
-        self.begins
+        self.offsets
             .iter()
-            .filter_map(|&begin| {
-                let misfit = self.whole.misfit(walk, begin, &self.likelihood)?;
+            .filter_map(|&offset| {
+                let misfit = self.whole.misfit(walk, offset, &self.likelihood)?;
                 Some(CaseFit {
                     case,
-                    begin,
+                    offset,
                     misfit,
                     ln_likelihood: self.likelihood.ln_likelihood(&misfit),
                 })
@@ -194,10 +194,10 @@ impl<'a> WalkObjective<'a> {
     /// anything.
     fn ln_bound(&self, part: &AlignedMeasurement, so_far: &ComparableWalk) -> f64 {
         let share = part.samples() as f64 / self.whole.samples() as f64;
-        self.begins
+        self.offsets
             .iter()
-            .map(|&begin| {
-                part.ln_bound(so_far, begin, share, &self.likelihood)
+            .map(|&offset| {
+                part.ln_bound(so_far, offset, share, &self.likelihood)
                     .unwrap_or(f64::INFINITY)
             })
             .fold(f64::NEG_INFINITY, f64::max)

@@ -17,7 +17,7 @@ use crate::{
 pub struct PaperCost {
     measured: Conditioned,
     lost_links: LossHypothesis,
-    /// Gait times at which the measured window may have begun. The candidate is
+    /// Gait times at which the measured window may start. The candidate is
     /// compared from each, and the best counts.
     gait_times_s: Vec<f64>,
     simulators: Vec<Simulator>,
@@ -128,12 +128,12 @@ impl Objective for PaperCost {
     }
 }
 
-/// A walk that begins with the window has one gait time; in mid-walk the whole
-/// range of possible begins is tried.
+/// A walk that starts with the window has one gait time; in mid-walk the whole range of
+/// possible ones is tried.
 fn gait_times_s(measured: &MeasuredWalk) -> Vec<f64> {
     let stretch = measured.stretch();
     let time_s = |sample: usize| sample as f64 / ComparableWalk::RATE_HZ + stretch.later_s;
-    match (stretch.begins.first(), stretch.begins.last()) {
+    match (stretch.offsets.first(), stretch.offsets.last()) {
         (Some(&first), Some(&last)) => {
             let steps = ((time_s(last) - time_s(first)) / PHASE_STEP_S).round() as u32;
             (0..=steps)

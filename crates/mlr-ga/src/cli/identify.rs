@@ -66,7 +66,7 @@ pub(super) struct IdentifyOptions {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum SearchName {
-    /// The paper's genetic algorithm.
+    /// The genetic algorithm. By --method mlr, likely damage is evaluated in any case.
     Ga,
     /// Every feasible morphology.
     Exact,

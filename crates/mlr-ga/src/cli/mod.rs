@@ -37,6 +37,10 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Names the damaged legs of the robot that recorded LOG.
+    ///
+    /// By default, the likelihood of what is left between the spectra of measured and simulated
+    /// walk, times the prior probability of the damage, decides; the search proposes candidates.
+    /// With --method paper, the paper's cost F decides, and nothing else.
     Identify(identify::IdentifyOptions),
     /// Finds when the robot in LOG started to walk and when it was damaged.
     Detect(detect::DetectOptions),

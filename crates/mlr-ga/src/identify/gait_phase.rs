@@ -26,7 +26,7 @@ const START_ERROR_S: f64 = 0.02;
 
 /// Samples of a simulated walk that the start of the measured stretch is aligned with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Begins {
+pub struct WalkOffsets {
     /// Indices into a [`ComparableWalk`].
     pub samples: Vec<usize>,
     /// How much later in the gait than these samples the measured stretch starts.
@@ -44,11 +44,11 @@ impl GaitPhase {
     ///
     /// A stretch in mid-walk starts after the simulated robot has reached its
     /// steady gait: one period after the ramp. There, only the phase matters.
-    pub fn begins(self, gait: &Gait) -> Begins {
+    pub fn offsets(self, gait: &Gait) -> WalkOffsets {
         let steady_s = Self::steady_s(gait);
         let (phase_s, error_s) = match self {
             Self::Start => {
-                return Begins {
+                return WalkOffsets {
                     samples: vec![0],
                     later_s: 0.0,
                 };
@@ -59,13 +59,13 @@ impl GaitPhase {
             ),
             Self::Unknown => (0.0, f64::INFINITY),
         };
-        let begin = (steady_s + phase_s) * ComparableWalk::RATE_HZ;
-        let later_s = begin.fract() / ComparableWalk::RATE_HZ;
+        let offset = (steady_s + phase_s) * ComparableWalk::RATE_HZ;
+        let later_s = offset.fract() / ComparableWalk::RATE_HZ;
         let half_period = gait.period_s * ComparableWalk::RATE_HZ / 2.0;
         let reach = (error_s * ComparableWalk::RATE_HZ).min(half_period);
         let steps = (reach / PHASE_STEP as f64).ceil() as usize;
-        let first = (begin.floor() as usize).saturating_sub(steps * PHASE_STEP);
-        Begins {
+        let first = (offset.floor() as usize).saturating_sub(steps * PHASE_STEP);
+        WalkOffsets {
             samples: (0..=2 * steps)
                 .map(|step| first + step * PHASE_STEP)
                 .collect(),
@@ -80,8 +80,8 @@ mod tests {
 
     #[test]
     fn the_start_of_the_walk_is_one_known_time() {
-        let begins = GaitPhase::Start.begins(&Gait::tripod());
-        assert_eq!((begins.samples, begins.later_s), (vec![0], 0.0));
+        let offsets = GaitPhase::Start.offsets(&Gait::tripod());
+        assert_eq!((offsets.samples, offsets.later_s), (vec![0], 0.0));
     }
 
     #[test]
@@ -89,18 +89,21 @@ mod tests {
         let phase = GaitPhase::Elapsed {
             since_start_s: 7.31,
         };
-        let begins = phase.begins(&Gait::tripod());
+        let offsets = phase.offsets(&Gait::tripod());
         // The tripod is steady after two seconds; 2.31 s is sample 57.75.
-        assert!((begins.later_s - 0.03).abs() < 1e-9, "{begins:?}");
-        assert_eq!(begins.samples, [51, 54, 57, 60, 63]);
+        assert!((offsets.later_s - 0.03).abs() < 1e-9, "{offsets:?}");
+        assert_eq!(offsets.samples, [51, 54, 57, 60, 63]);
     }
 
     #[test]
     fn an_unknown_phase_is_tried_over_a_whole_period() {
-        let begins = GaitPhase::Unknown.begins(&Gait::tripod());
-        let (first, last) = (begins.samples[0], begins.samples[begins.samples.len() - 1]);
-        assert!(last - first >= 25, "{begins:?}");
-        assert!(first >= 35, "after the ramp: {begins:?}");
+        let offsets = GaitPhase::Unknown.offsets(&Gait::tripod());
+        let (first, last) = (
+            offsets.samples[0],
+            offsets.samples[offsets.samples.len() - 1],
+        );
+        assert!(last - first >= 25, "{offsets:?}");
+        assert!(first >= 35, "after the ramp: {offsets:?}");
     }
 
     #[test]
@@ -108,9 +111,9 @@ mod tests {
         let late = GaitPhase::Elapsed {
             since_start_s: 60.0,
         };
-        let unknown = GaitPhase::Unknown.begins(&Gait::tripod());
+        let unknown = GaitPhase::Unknown.offsets(&Gait::tripod());
         assert_eq!(
-            late.begins(&Gait::tripod()).samples.len(),
+            late.offsets(&Gait::tripod()).samples.len(),
             unknown.samples.len()
         );
     }

@@ -29,10 +29,10 @@ pub(super) struct Weighed {
 /// Damage to so few legs is tried in any case, unless there are too many ways.
 const LIKELY_LEGS: usize = 2;
 const MOST_LIKELY: usize = 512;
-/// Candidates whose kin is evaluated.
-const WITH_KIN: usize = 8;
-/// Kin that is worth evaluating: three legs of three links.
-const MOST_KIN: usize = 27;
+/// Leading candidates beside which other links of the same damaged legs are tried.
+const LEADING: usize = 8;
+/// The most of them that are worth evaluating: three legs of three links.
+const MOST_WITH_SAME_LEGS: usize = 27;
 
 /// Evaluates what a search may have left out and no answer should: damage to few
 /// legs, which is likely before any log is seen; and what the leading candidates may
@@ -47,13 +47,13 @@ pub(super) fn complete(
     if likely.len() <= MOST_LIKELY {
         evaluate_missing(likely, objective, evaluations);
     }
-    let kin = evaluations
+    let same = evaluations
         .ranking()
         .into_iter()
-        .take(WITH_KIN)
-        .flat_map(|(morphology, _)| kin_of(morphology))
+        .take(LEADING)
+        .flat_map(|(morphology, _)| with_same_legs(morphology))
         .collect();
-    evaluate_missing(kin, objective, evaluations);
+    evaluate_missing(same, objective, evaluations);
 }
 
 /// The healthy robot, and all with at most [`LIKELY_LEGS`] damaged legs, unless they
@@ -94,17 +94,17 @@ fn evaluate_missing(
 }
 
 /// All morphologies with the same damaged legs, unless there are too many.
-fn kin_of(morphology: &Morphology) -> Vec<Morphology> {
+fn with_same_legs(morphology: &Morphology) -> Vec<Morphology> {
     let damaged = morphology.damaged_legs();
     let count: usize = damaged
         .iter()
         .map(|leg| morphology.links(leg - 1))
         .product();
-    if count > MOST_KIN {
+    if count > MOST_WITH_SAME_LEGS {
         return Vec::new();
     }
-    damaged.iter().fold(vec![morphology.clone()], |kin, &leg| {
-        kin.iter()
+    damaged.iter().fold(vec![morphology.clone()], |same, &leg| {
+        same.iter()
             .flat_map(|one| {
                 (0..one.links(leg - 1))
                     .map(|remaining| one.clone().with_remaining(leg - 1, remaining))
@@ -234,16 +234,16 @@ mod tests {
     }
 
     #[test]
-    fn kin_has_the_same_legs_damaged() {
+    fn the_same_legs_are_damaged() {
         let layout = LegLayout::new([3; 6]).unwrap();
         let morphology = Morphology::parse("110 111 111 000 111 111", &layout).unwrap();
-        let kin = kin_of(&morphology);
-        assert_eq!(kin.len(), 9);
-        assert!(kin.contains(&morphology));
-        assert!(kin.iter().all(|one| one.damaged_legs() == [1, 4]));
+        let same = with_same_legs(&morphology);
+        assert_eq!(same.len(), 9);
+        assert!(same.contains(&morphology));
+        assert!(same.iter().all(|one| one.damaged_legs() == [1, 4]));
         let healthy = Morphology::healthy(&layout);
-        assert_eq!(kin_of(&healthy), [healthy]);
+        assert_eq!(with_same_legs(&healthy), [healthy]);
         let wreck = Morphology::parse("000 000 000 000 111 111", &layout).unwrap();
-        assert!(kin_of(&wreck).is_empty());
+        assert!(with_same_legs(&wreck).is_empty());
     }
 }

@@ -46,7 +46,7 @@ pub struct Stretch {
     /// How many there are, at [`ComparableWalk::RATE_HZ`].
     pub samples: usize,
     /// Indices of the samples of a simulated walk that the first one is aligned with in turn.
-    pub begins: Vec<usize>,
+    pub offsets: Vec<usize>,
     /// How much later in the gait than such a sample the window starts; the first
     /// compared sample is earlier than the window by as much.
     pub later_s: f64,
@@ -57,8 +57,8 @@ pub struct Stretch {
 impl Stretch {
     /// As many samples as every alignment finds in the recording.
     fn new(recording: &OrientationSeries, window: Window, phase: GaitPhase, gait: &Gait) -> Self {
-        let begins = phase.begins(gait);
-        let start_s = window.start_s - begins.later_s;
+        let offsets = phase.offsets(gait);
+        let start_s = window.start_s - offsets.later_s;
         let end_s = recording.times_s().last().copied().unwrap_or(start_s);
         let wanted = (window.duration_s * ComparableWalk::RATE_HZ).round() as usize;
         let fits = |samples: &usize| {
@@ -68,15 +68,15 @@ impl Stretch {
         Self {
             start_s,
             samples: (2..=wanted).rev().find(fits).unwrap_or(2),
-            begins: begins.samples,
-            later_s: begins.later_s,
+            offsets: offsets.samples,
+            later_s: offsets.later_s,
             gait_period_s: gait.period_s,
         }
     }
 
     /// Samples that a simulated walk must have.
     pub fn walk_samples(&self) -> usize {
-        self.begins
+        self.offsets
             .iter()
             .max()
             .map_or(0, |last| last + self.samples)
@@ -95,7 +95,7 @@ impl Stretch {
 
     /// The same checkpoints in samples of a simulated walk, for every alignment.
     pub fn looks(&self) -> Vec<usize> {
-        let last = self.begins.iter().max().copied().unwrap_or(0);
+        let last = self.offsets.iter().max().copied().unwrap_or(0);
         self.parts().into_iter().map(|part| last + part).collect()
     }
 }

@@ -13,7 +13,7 @@ mod settings;
 mod walk_start;
 
 pub use answer::{Alternative, BestFit, ComparedSignals, Course, Frequency, Identification};
-pub use gait_phase::{Begins, GaitPhase};
+pub use gait_phase::{GaitPhase, WalkOffsets};
 pub use measured_walk::{MeasuredWalk, Stretch};
 pub use report::IdentificationReport;
 pub use settings::{IdentifySettings, Method, Search};
