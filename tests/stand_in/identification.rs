@@ -43,7 +43,7 @@ fn names_the_damaged_legs_of_every_log() {
             assert!(warning.contains("at most 2 damaged legs"), "{warning}");
             let least = match *name {
                 "legs1-4-harsh" => 0.4,
-                "legs2-3-lost" => 0.8,
+                "legs2-3-lost" | "leg5-lost" => 0.8,
                 _ => 0.95,
             };
             let sure = answer.legs_probability;
@@ -52,7 +52,7 @@ fn names_the_damaged_legs_of_every_log() {
         let is_exact =
             |(name, answer): &(&&str, &Identification)| truths[**name].is_exactly(answer);
         let exact = answers.iter().filter(is_exact).count();
-        assert!(exact >= 6, "down to the last link: {exact}");
+        assert!(exact >= 7, "down to the last link: {exact}");
         // No log's answer is right for a robot with other damaged legs.
         for (name, answer) in &answers {
             for (other, truth) in &truths {
