@@ -101,13 +101,16 @@ def answers(logs, output, atlas):
         paper = kept(output / f"{name}-paper.json", lambda: by_paper(log))
         default = kept(output / f"{name}-mlr.json", lambda: by_default(log, atlas))
         print(f"{index + 1} of {len(truths)}", file=sys.stderr)
-        legs = damaged(truths[name]["morphology"])
+        truth = truths[name]["morphology"]
+        legs = damaged(truth)
+        of_truth, _ = compared(log, spelled(truth), output, "truth")
         best = spelled(paper["morphology"])
         count = sum(run["morphology"] == paper["morphology"] for run in paper["runs"])
         ours, our_count, _ = frequency([spelled(r["morphology"]) for r in default["runs"]])
         tests.append({
             "log": log, "legs": legs, "paper": paper,
-            "paper_best": best, "paper_count": count,
+            "paper_best": best, "paper_count": count, "paper_cost_rad": paper["cost_rad"],
+            "truth_cost_rad": of_truth["cost_rad"],
             "paper_right": damaged(paper["morphology"]) == legs,
             "paper_runs_right": sum(damaged(r["morphology"]) == legs for r in paper["runs"]),
             "paper_time_s": paper["elapsed_s"] / RUNS,
@@ -147,8 +150,9 @@ def summary(tests):
 
 def each(tests):
     lines = [
-        "| test | actual | the paper predicts | `--method paper` | runs | `mlr` | runs | probability of the legs |",
-        "|:--|:--|:--|:--|--:|:--|--:|--:|",
+        "| test | actual | the paper predicts | `--method paper` | runs | its F [rad] | F of the truth | `mlr` | runs"
+        " | probability of the legs |",
+        "|:--|:--|:--|:--|--:|--:|--:|:--|--:|--:|",
     ]
     named = [(name, legs, left, predicted) for name, legs, left, count, _, _, predicted in SCENARIOS for _ in range(count)]
     named.append(("legs 1, 4 lost, harsh ground", [1, 4], 0, "110 111 111 100 111 111"))
@@ -157,7 +161,8 @@ def each(tests):
         mark = {True: "", False: " ✗"}
         lines.append(
             f"| {index + 1} {name} | {actual} | {predicted} | {test['paper_best']}{mark[test['paper_right']]}"
-            f" | {test['paper_count']} of {RUNS} | {test['mlr_best']}{mark[test['mlr_right']]}"
+            f" | {test['paper_count']} of {RUNS} | {test['paper_cost_rad']:.1f} | {test['truth_cost_rad']:.1f}"
+            f" | {test['mlr_best']}{mark[test['mlr_right']]}"
             f" | {test['mlr_count']} of {RUNS} | {100 * test['mlr_probability']:.0f} % |")
     return "\n".join(lines)
 
