@@ -133,7 +133,7 @@ impl Default for IdentifySettings {
             plausibility: PlausibilitySettings::default(),
             variations: usual_variations(),
             leaders: 48,
-            credible_share: 0.99,
+            credible_share: 0.995,
             simulation: SimulationSettings::default(),
         }
     }
