@@ -19,7 +19,7 @@ import numpy as np
 
 import effects
 from robot import JETHEXA, LINKS, OCTOPOD
-from settings import draw_plant
+from settings import assemble, draw_plant
 from walk import record
 
 HEADER = "t_s,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps,roll_rad,pitch_rad,yaw_rad"
@@ -123,7 +123,7 @@ def undeclared(rng, index):
     kind, strong = kinds[kind], bool((kind + lap) % 2)
     damaged = kind in ("locked_links", "none, damaged") or (kind != "none, healthy" and rng.random() < 0.5)
     intact = any_damage(rng, healthy=0.0) if damaged else without([])
-    plant = robot_with(rng, intact)
+    plant = assemble(rng, robot_with(rng, intact))
     if kind.startswith("none"):
         return intact, plant, []
     found = [effects.apply(plant, kind, effects.draw(rng, kind, strong, intact))]
@@ -201,10 +201,17 @@ def tests(rng, index):
     return intact, plant, rough_slope(rng, plant) if index >= len(each) else []
 
 
+def undisturbed(rng, index):
+    """Healthy robots and any damage, as they were assembled, with nothing else wrong."""
+    intact = any_damage(rng, healthy=0.2)
+    return intact, assemble(rng, robot_with(rng, intact)), []
+
+
 # A log depends on its set's place in this list: new sets come last.
 SETS = {
     "paper": paper, "legs": legs, "harsh": harsh, "slow": slow, "wild": wild, "effects": undeclared, "detect": detect,
     "belly": belly, "strange": strange, "octopod": octopod, "tests": tests,
+    "undisturbed": undisturbed,
 }
 
 
@@ -234,7 +241,7 @@ def trace(args, index, walk, rng):
     without = record(plain, intact, copy.deepcopy(rng)).columns
     changes = []
     for _ in range(SIBLINGS):
-        sibling = dataclasses.replace(plain, **body(draw_plant(again, intact, plain.robot)))
+        sibling = dataclasses.replace(plain, **body(assemble(again, draw_plant(again, intact, plain.robot))))
         changes.append(change(without, record(sibling, intact, copy.deepcopy(rng)).columns, plain.start))
     mean, swing = change(without, walk.columns, plain.start)
     spread = np.sqrt(np.mean(np.square(changes), axis=0))
@@ -248,7 +255,7 @@ def body(plant):
     """What makes one body walk unlike the next, its sensor and clock left out."""
     names = (
         "kp", "kd", "mu", "latency", "mass_scale", "link_mass_scale", "body_com", "backlash", "armature",
-        "contact_time_s", "contact_width_m",
+        "contact_time_s", "contact_width_m", "joint_zero_rad",
     )
     return {name: getattr(plant, name) for name in names}
 

@@ -30,7 +30,7 @@ class Servos:
         self.plant, self.model = plant, model
         self.columns = [leg * LINKS + link for leg, link in joints]
         self.angles = [model.joint(f"{leg} {link}").qposadr[0] for leg, link in joints]
-        self.offset = np.array([plant.joint_offset_rad[leg][link] for leg, link in joints])
+        self.offset = np.array([plant.joint_offset_rad[leg][link] + plant.joint_zero_rad[leg][link] for leg, link in joints])
         self.held = [(i, held[joint]) for i, joint in enumerate(joints) if joint in held]
         self.dropping = [i for i, (leg, _) in enumerate(joints) if plant.dropout and leg == plant.dropout["leg"] - 1]
         self.gait = Gait(plant.robot, **plant.gait)

@@ -8,6 +8,8 @@ the rest in SI units. Settings of each leg or link that are None stand at "nothi
 import math
 from dataclasses import MISSING, dataclass, field, fields
 
+import numpy as np
+
 from robot import JETHEXA, LINKS, Robot
 
 
@@ -47,6 +49,7 @@ class Plant:
     slope_dir_deg: float = 0.0  # uphill, starting body frame
     rubble_m: float = 0.0  # height of the bumps
     rubble_seed: int = 0
+    joint_zero_rad: list | None = None  # true angle - commanded angle of every joint, as assembled
     foot_mu: list | None = None  # 0: as mu
     leg_gain: list | None = None  # of stiffness and torque
     stuck: dict = field(default_factory=dict)  # leg, joint, angle_rad
@@ -80,7 +83,7 @@ class Plant:
 
         return {
             "locked_pose": per_link(), "foot_mu": [0.0] * legs, "leg_gain": [1.0] * legs,
-            "joint_offset_rad": per_link(), "length_lost_m": per_link(),
+            "joint_zero_rad": per_link(), "joint_offset_rad": per_link(), "length_lost_m": per_link(),
         }
 
     def __post_init__(self):
@@ -116,6 +119,18 @@ def draw_plant(rng, intact, robot=JETHEXA):
         start=round(rng.uniform(1.0, 2.5) if rng.random() < 0.85 else rng.uniform(2.5, 6.0), 2),
         locked_pose=[draw_locked_pose(rng, links) for links in intact],
     )
+
+
+def assemble(rng, plant):
+    """What the hands that built the robot add: zeros of its joints, the sensor's mounting, worn gears, its feet.
+
+    A horn has teeth 14° apart and is trimmed by eye to about 0.015 rad; a sensor glued on sits a degree off.
+    """
+    plant.joint_zero_rad = np.clip(rng.normal(0.0, 0.015, (plant.robot.legs, LINKS)), -0.04, 0.04).tolist()
+    plant.mis_deg = rng.uniform(-1.0, 1.0, 3).tolist()
+    plant.backlash = rng.uniform(0.0, 0.012)
+    plant.contact_time_s = rng.uniform(0.005, 0.018)
+    return plant
 
 
 def draw_locked_pose(rng, links):
