@@ -33,6 +33,7 @@
 mod error;
 mod fit;
 mod parameter;
+mod prior;
 mod progress;
 mod report;
 mod selection;
@@ -45,6 +46,7 @@ pub mod walk_effects;
 
 pub use error::SensorError;
 pub use parameter::Parameter;
+pub use prior::Prior;
 pub use progress::Progress;
 pub use report::{Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};
 pub use selection::{SelectionSettings, explain_sensor};

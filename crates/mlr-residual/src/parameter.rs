@@ -1,6 +1,8 @@
 //! What a fit may change.
 
-/// A parameter of an effect: name with unit, where a fit starts, and its bounds.
+use crate::Prior;
+
+/// A parameter of an effect: name with unit, where a fit starts, its bounds and its prior.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     /// Name ending in the unit, as in `delay_s`.
@@ -17,6 +19,8 @@ pub struct Parameter {
     pub neutral: Option<f64>,
     /// How far from there it is on things that nothing is wrong with.
     pub usual: f64,
+    /// What is known of it before a record is seen, in its own unit.
+    pub prior: Option<Prior>,
 }
 
 impl Parameter {
@@ -30,6 +34,7 @@ impl Parameter {
             upper: f64::INFINITY,
             neutral: None,
             usual: 0.0,
+            prior: None,
         }
     }
 
@@ -62,6 +67,22 @@ impl Parameter {
     #[must_use]
     pub fn usual(self, usual: f64) -> Self {
         Self { usual, ..self }
+    }
+
+    /// Sets what is known of it before a record is seen.
+    #[must_use]
+    pub fn prior(self, prior: Prior) -> Self {
+        Self {
+            prior: Some(prior),
+            ..self
+        }
+    }
+
+    /// Natural logarithm of the prior density at a value, normalised over the bounds: negative
+    /// infinity outside them. None without a prior, and where the parameter is known beforehand.
+    pub fn ln_prior_density(&self, value: f64) -> Option<f64> {
+        let prior = self.prior.filter(|_| !self.is_fixed())?;
+        Some(prior.ln_density_within(value, self.lower, self.upper))
     }
 
     /// Whether a value is no more than what is usual.
@@ -98,6 +119,24 @@ impl Parameter {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_prior_is_normalised_over_the_bounds_of_the_parameter() {
+        let prior = Prior::Normal {
+            mean: 0.0,
+            deviation: 1.0,
+        };
+        let free = Parameter::new("bias_dps", 0.0).prior(prior);
+        let bounded = free.clone().bounds(0.0, f64::INFINITY);
+        let density = |parameter: &Parameter, value| parameter.ln_prior_density(value).unwrap();
+        assert_eq!(density(&free, 0.3), prior.ln_density(0.3));
+        // Half of the line is cut off, so that the density on the other half doubles.
+        let doubled = density(&bounded, 0.3) - density(&free, 0.3);
+        assert!((doubled - std::f64::consts::LN_2).abs() < 1e-12);
+        assert_eq!(density(&bounded, -0.3), f64::NEG_INFINITY);
+        assert_eq!(free.clone().fixed().ln_prior_density(0.0), None);
+        assert_eq!(Parameter::new("mu", 0.7).ln_prior_density(0.7), None);
+    }
 
     #[test]
     fn what_is_usual_lies_around_the_neutral_value() {
