@@ -46,14 +46,14 @@ fn parameter(report: &Value, kind: &str, name: &str) -> f64 {
 }
 
 #[test]
-fn the_unseen_half_of_both_real_files_is_predicted() {
+fn the_test_stretch_of_both_real_files_is_predicted() {
     let folder = Folder::new();
     for (name, rate, before_deg, after_deg, delay_ms, scale) in [
-        ("roll", &ROLL[..], 131.8, 0.36, 6.5, 1.011),
-        ("yaw", &YAW[..], 22.6, 1.14, 11.9, 0.994),
+        ("roll", &ROLL[..], 146.6, 0.32, 6.1, 1.011),
+        ("yaw", &YAW[..], 24.8, 1.10, 12.1, 0.989),
     ] {
         let found = report(&folder, &real(name), rate, &[]);
-        assert_eq!(found["schema"], "mlr.explanation/1");
+        assert_eq!(found["schema"], "mlr.sensor_explanation/1");
         let before = number(&found["error_before"]["validation_deg"]);
         assert!((before - before_deg).abs() < 0.1, "{name}: {before}");
         let after = number(&found["error_after"]["validation_deg"]);
@@ -65,6 +65,55 @@ fn the_unseen_half_of_both_real_files_is_predicted() {
         assert!((1e3 * delay_s - delay_ms).abs() < 0.1, "{name}: {delay_s}");
         let found_scale = parameter(&found, "gyro_scale", "scale");
         assert!((found_scale - scale).abs() < 1e-3, "{name}: {found_scale}");
+    }
+}
+
+/// What people do about a gyroscope without looking for effects: a bias, a linear calibration, an
+/// orientation filter.
+#[test]
+fn the_explanation_is_better_than_every_baseline() {
+    let folder = Folder::new();
+    for (name, rate, best, best_deg) in [
+        ("roll", &ROLL[..], "vqf", 0.557),
+        ("yaw", &YAW[..], "bias_and_scale", 1.568),
+    ] {
+        let found = report(&folder, &real(name), rate, &[]);
+        let baselines = found["baselines"].as_array().unwrap();
+        let error = |baseline: &Value| number(&baseline["validation_deg"]);
+        let least = baselines
+            .iter()
+            .min_by(|a, b| error(a).total_cmp(&error(b)));
+        let least = least.unwrap();
+        assert_eq!(least["name"], best, "{name}: {baselines:?}");
+        assert!((error(least) - best_deg).abs() < 0.02, "{name}: {least}");
+        let after = number(&found["error_after"]["validation_deg"]);
+        assert!(after < 0.75 * error(least), "{name}: {after}");
+        let data_sheet = &baselines[0];
+        assert_eq!(data_sheet["name"], "data_sheet");
+        for stretch in ["fit_deg", "validation_deg"] {
+            assert_eq!(data_sheet[stretch], found["error_before"][stretch]);
+        }
+        // The motor never rests.
+        assert!(baselines.iter().all(|b| b["name"] != "rest_bias"));
+    }
+}
+
+#[test]
+fn the_stretches_are_told_in_the_time_of_the_log() {
+    let folder = Folder::new();
+    let found = report(&folder, &real("roll"), &ROLL, &[]);
+    for (stretch, expected_s) in [
+        ("fit", [12.109, 132.107]),
+        ("selection", [132.107, 222.106]),
+        ("test", [222.106, 312.104]),
+    ] {
+        let borders_s = found["stretches_s"][stretch].as_array().unwrap();
+        for (border_s, expected_s) in borders_s.iter().zip(expected_s) {
+            assert!(
+                (number(border_s) - expected_s).abs() < 1e-3,
+                "{borders_s:?}"
+            );
+        }
     }
 }
 
@@ -111,9 +160,13 @@ fn effects_are_carried_over_to_another_log() {
     let file = folder.write("yaw.json", yaw.to_string());
     // To the file they came from: the error is that of the explanation.
     let same = report(&folder, &real("yaw"), &YAW, &["--apply", &file]);
-    let fit = number(&yaw["error_after"]["fit_deg"]);
-    let unseen = number(&yaw["error_after"]["validation_deg"]);
-    let whole = (0.5 * (fit * fit + unseen * unseen)).sqrt();
+    let shares = [
+        (0.4, "fit_deg"),
+        (0.3, "selection_deg"),
+        (0.3, "validation_deg"),
+    ];
+    let squares = shares.map(|(share, name)| share * number(&yaw["error_after"][name]).powi(2));
+    let whole = squares.iter().sum::<f64>().sqrt();
     let applied = number(&same["transfer"]["error_after_deg"]);
     assert!((applied - whole).abs() < 0.01, "{applied} {whole}");
     // To the other axis: another bias, but the same delay.
@@ -138,7 +191,7 @@ fn the_table_is_for_people_and_repeats_itself() {
     .concat();
     let table = || folder.program(&arguments).output().unwrap().stdout;
     let text = String::from_utf8(table()).unwrap();
-    for part in ["data sheet", "gyro_bias: z_dps -0.09", "unexplained"] {
+    for part in ["data_sheet", "vqf", "gyro_bias: z_dps -0.09", "unexplained"] {
         assert!(text.contains(part), "{text}");
     }
     assert_eq!(text.as_bytes(), table());
@@ -171,11 +224,15 @@ fn wrong_usage_and_bad_input_are_named() {
     );
     let file = folder.write(
         "report.json",
-        "{\"schema\": \"mlr.detection/1\", \"effects\": []}",
+        "{\"schema\": \"mlr.explanation/1\", \"effects\": []}",
     );
     fails(
         &[&[bad.as_str(), "--apply", &file][..], &both].concat(),
-        &["report.json", "mlr.detection/1"],
+        &[
+            "report.json",
+            "mlr.explanation/1",
+            "mlr.sensor_explanation/1",
+        ],
     );
     fails(
         &[

@@ -16,7 +16,7 @@ pub enum SensorError {
         /// Samples it should have.
         expected: usize,
     },
-    /// The record is too short to fit on one half and judge on the other.
+    /// The record is too short to be divided into fit, selection and test.
     #[error(
         "too short: {duration_s:.2} s in {samples} samples, at least {needed_s:.0} s in {needed_samples} samples are needed"
     )]
@@ -30,10 +30,24 @@ pub enum SensorError {
         /// Samples needed.
         needed_samples: usize,
     },
+    /// One of the stretches has hardly any samples.
+    #[error(
+        "too few samples from {from_s:.2} s to {to_s:.2} s: {samples}, at least {needed} are needed"
+    )]
+    Gap {
+        /// Begin of the stretch, log time.
+        from_s: f64,
+        /// End of the stretch, log time.
+        to_s: f64,
+        /// Samples in it.
+        samples: usize,
+        /// Samples needed.
+        needed: usize,
+    },
     /// The reference never turns.
     #[error(
-        "no motion: the reference angle moves by {range_deg:.2}° in the half that the parameters \
-         are fitted on, at least {needed_deg:.0}° are needed"
+        "no motion: the reference angle moves by {range_deg:.2}° in the stretch that the \
+         parameters are fitted on, at least {needed_deg:.0}° are needed"
     )]
     NoMotion {
         /// Largest less smallest angle.
@@ -76,7 +90,10 @@ impl SensorError {
     pub fn is_recordings_fault(&self) -> bool {
         matches!(
             self,
-            Self::TooShort { .. } | Self::NoMotion { .. } | Self::Disordered { .. }
+            Self::TooShort { .. }
+                | Self::Gap { .. }
+                | Self::NoMotion { .. }
+                | Self::Disordered { .. }
         )
     }
 }

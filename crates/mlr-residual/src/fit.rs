@@ -5,10 +5,10 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::sensor_effects::Parameter;
 
-/// Steps after which a fit that has not settled is taken as it is.
+/// Steps after which a fit that has not converged is taken as it is.
 const MAX_STEPS: usize = 15;
-/// Relative gain below which a fit has settled.
-const SETTLED: f64 = 1e-7;
+/// Relative gain below which a fit has converged.
+const CONVERGED: f64 = 1e-7;
 /// Blocks on either side whose errors may be correlated with those of a block.
 const NEIGHBOURS: usize = 3;
 /// 95 % quantile, two-sided, of Student's t for 14 degrees of freedom: 15 blocks.
@@ -58,7 +58,7 @@ pub(crate) fn least_squares(
                 values = tried;
                 errors = tried_errors;
                 damping = (damping * 0.2).max(1e-12);
-                if gain < SETTLED {
+                if gain < CONVERGED {
                     break;
                 }
                 jacobian = slopes(parameters, &values, &errors, &residual);

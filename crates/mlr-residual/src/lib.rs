@@ -1,12 +1,13 @@
 //! What a model lacks: finds the residual between model and measurement, traces
 //! it to an effect that the model does not have, adds the effect and measures the
-//! error again, on data that the fit never saw.
+//! error again.
 //!
 //! The model of a gyroscope is the data sheet: the angle is the integral of the
 //! rate ([`SensorModel`]). [`explain_sensor()`] compares it with a measured angle
-//! and adds effects from a library ([`sensor_effects`]) one at a time, as long as
-//! the second half of the record, which no parameter was fitted on, gains more
-//! than chance would give.
+//! and adds effects from a library ([`sensor_effects`]) one at a time. Parameters
+//! are fitted on the first stretch of the record, effects are selected on the
+//! second, and the error is reported on the third, which decides nothing
+//! ([`Stretches`]).
 //!
 //! ```
 //! use mlr_residual::{SelectionSettings, SensorRecord, SensorSignals, explain_sensor};
@@ -22,7 +23,6 @@
 //! assert!(found.error_after.validation_deg < 0.1 * found.error_before.validation_deg);
 //! # Ok::<(), mlr_residual::SensorError>(())
 //! ```
-
 //!
 //! The model of a walking robot is its simulation on a described body with a sensor on it
 //! ([`walk::WalkModel`]). [`walk::explain_walk()`] compares it with the roll, pitch and yaw of
@@ -30,8 +30,10 @@
 //! ([`walk_effects`]) are fitted on one half of the walk and judged on the other, beside what
 //! robots usually differ by ([`walk::UsualDifferences`]).
 
+mod baselines;
 mod error;
 mod fit;
+mod fitted_model;
 mod parameter;
 mod prior;
 mod progress;
@@ -48,10 +50,10 @@ pub use error::SensorError;
 pub use parameter::Parameter;
 pub use prior::Prior;
 pub use progress::Progress;
-pub use report::{Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};
+pub use report::{Baseline, Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};
 pub use selection::{SelectionSettings, explain_sensor};
 pub use sensor::{
     AngleUnit, AxisName, RateUnit, SensorColumns, SensorLog, SensorModel, SensorRecord,
-    SensorSignals, TimeUnit, Track,
+    SensorSignals, Stretches, TimeUnit, Track,
 };
 pub use transfer::{Transfer, TransferredEffect, apply_effects};

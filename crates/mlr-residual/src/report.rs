@@ -4,42 +4,74 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::{
+    SensorRecord, Stretches,
+    fitted_model::BLOCKS,
+    statistics::{BlockErrors, rms},
+};
+
 /// An effect that was added to the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
     /// Name of the effect.
     pub kind: String,
-    /// Value of each parameter; the name ends in the unit.
+    /// Value of each parameter as fitted at last, on fit and selection stretch; the name ends
+    /// in the unit.
     pub parameters: BTreeMap<String, f64>,
     /// 95 % interval of each parameter that the record determines.
     #[serde(default)]
     pub interval_95: BTreeMap<String, [f64; 2]>,
-    /// Error with this effect and all before it, when it was added.
+    /// Error with this effect and all before it, fitted on the fit stretch alone, as it was when
+    /// the effect was added.
     #[serde(default)]
     pub error_deg: Option<ErrorDeg>,
-    /// The trace that it leaves.
+    /// What it leaves in the residual.
     #[serde(default)]
     pub explains: String,
-    /// The chance of the gain, had the effect none; see
-    /// [`explain_sensor()`](crate::explain_sensor()).
+    /// Probability of a gain as large on the selection stretch, had the effect none (exact
+    /// sign-flip test); see [`explain_sensor()`](crate::explain_sensor()).
     #[serde(default)]
-    pub chance: Option<f64>,
-    /// Other candidates that did as well within noise when it was added.
+    pub p_value: Option<f64>,
+    /// Other accepted candidates that it did not differ from significantly when it was added.
     #[serde(default)]
     pub rivals: Vec<String>,
 }
 
-/// Root mean square errors in degrees.
+/// Root mean square errors on the stretches of a record ([`Stretches`]), degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorDeg {
-    /// On the half that the parameters were fitted on.
+    /// On the fit stretch.
     pub fit_deg: f64,
-    /// On the half that they never saw.
+    /// On the selection stretch.
+    pub selection_deg: f64,
+    /// On the test stretch, which neither fit nor selection has seen.
     pub validation_deg: f64,
-    /// Within blocks of a fifteenth of the unseen half, each less its own mean: the
-    /// error that is no drift.
-    #[serde(default)]
+    /// Within blocks of a fifteenth of the test stretch, each less its own mean: the error
+    /// that is no drift.
     pub within_blocks_deg: f64,
+}
+
+impl ErrorDeg {
+    /// Measures an error over the whole record.
+    pub(crate) fn new(record: &SensorRecord, residual_deg: &[f64]) -> Self {
+        let [fit, selection, test] = record.stretches().divide(record, residual_deg);
+        Self {
+            fit_deg: rms(fit),
+            selection_deg: rms(selection),
+            validation_deg: rms(test),
+            within_blocks_deg: BlockErrors::new(test, BLOCKS).within_deg(),
+        }
+    }
+}
+
+/// A simpler correction that an explanation is compared with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Baseline {
+    /// Name of the correction.
+    pub name: &'static str,
+    /// Its error.
+    #[serde(flatten)]
+    pub error_deg: ErrorDeg,
 }
 
 /// An effect that was tried last on top of those added, and what came of it.
@@ -47,15 +79,17 @@ pub struct ErrorDeg {
 pub struct Candidate {
     /// Name of the effect.
     pub kind: String,
-    /// Its parameters as fitted, empty where it could not be tried.
+    /// Its parameters as fitted on the fit stretch, empty where it could not be tried.
     pub parameters: BTreeMap<String, f64>,
-    /// Error on the unseen half together with the effects added before.
+    /// Error on the selection stretch, together with the effects added before.
+    pub selection_deg: Option<f64>,
+    /// The same on the test stretch, which did not decide about it.
     pub validation_deg: Option<f64>,
     /// What was decided, and why.
     pub verdict: String,
 }
 
-/// What remains on the unseen half.
+/// The residual on the test stretch.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResidualDescription {
     /// The sensor's axis, if known.
@@ -66,7 +100,7 @@ pub struct ResidualDescription {
     pub amplitude_deg: Option<f64>,
     /// Mean of the residual.
     pub mean_deg: f64,
-    /// Residual of the last tenth less that of the first tenth of the unseen half.
+    /// Residual of the last tenth less that of the first tenth of the test stretch.
     pub drift_deg: f64,
     /// Probability that white noise is as correlated (Ljung and Box, 20 lags).
     pub whiteness_p_value: f64,
@@ -77,22 +111,24 @@ pub struct ResidualDescription {
 /// Why the integral of a gyroscope's rate misses a measured angle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SensorExplanation {
+    /// How the record was divided.
+    pub stretches_s: Stretches,
     /// Effects in the order added; empty where the model lacks nothing.
     pub effects: Vec<Effect>,
-    /// Whether what remains is more than noise and no effect of the library removes it.
+    /// Whether the error on the test stretch is above three times the noise floor.
     pub unexplained: bool,
     /// Error of the data sheet's model.
     pub error_before: ErrorDeg,
-    /// Error with all effects.
+    /// Error with all effects, fitted on fit and selection stretch.
     pub error_after: ErrorDeg,
-    /// Error on the unseen half that noise alone would leave, as measured on the other.
+    /// What simpler corrections achieve; the data sheet is the first.
+    pub baselines: Vec<Baseline>,
+    /// Error on the test stretch that noise alone would leave, as measured before it.
     pub noise_floor_deg: f64,
     /// Every effect of the library that was not added.
     pub candidates: Vec<Candidate>,
-    /// What remains.
+    /// What is left.
     pub residual: ResidualDescription,
-    /// Length of each half.
-    pub half_s: f64,
     /// What else to know.
     pub warnings: Vec<String>,
 }

@@ -8,8 +8,7 @@ use crate::{
     statistics::{BlockErrors, rms},
 };
 
-/// Blocks in which the error that is no drift is measured, as in each half of an
-/// explanation.
+/// Blocks in which the error that is no drift is measured.
 const BLOCKS: usize = 30;
 
 /// Effects of an earlier explanation on another record.
@@ -51,14 +50,14 @@ pub struct TransferredEffect {
 pub fn apply_effects(record: &SensorRecord, effects: &[Effect]) -> Result<Transfer, SensorError> {
     let mut chosen: Vec<(usize, Vec<f64>)> = Vec::new();
     let mut reports = Vec::new();
-    let fit_half = record.first_half();
+    let fit_stretch = record.fit_stretch();
     for effect in effects {
         let known = LIBRARY.iter().position(|known| known.kind() == effect.kind);
         let index = known.ok_or_else(|| SensorError::UnknownEffect {
             kind: effect.kind.clone(),
             known: kinds(),
         })?;
-        match values(LIBRARY[index], effect, &fit_half)? {
+        match values(LIBRARY[index], effect, &fit_stretch)? {
             Ok(values) => chosen.push((index, values)),
             Err(reason) => reports.push(TransferredEffect {
                 kind: effect.kind.clone(),
@@ -113,9 +112,9 @@ pub fn apply_effects(record: &SensorRecord, effects: &[Effect]) -> Result<Transf
 fn values(
     known: &dyn SensorEffect,
     effect: &Effect,
-    fit_half: &SensorRecord,
+    fit_stretch: &SensorRecord,
 ) -> Result<Result<Vec<f64>, crate::sensor_effects::Inapplicable>, SensorError> {
-    let parameters = match known.parameters(fit_half) {
+    let parameters = match known.parameters(fit_stretch) {
         Ok(parameters) => parameters,
         Err(reason) => return Ok(Err(reason)),
     };
@@ -133,7 +132,7 @@ fn values(
         Some(values) => Ok(Ok(values)),
         // A share of the other axes means nothing about an axis that was the main one.
         None if known.kind() == "cross_axis" => Ok(Err(crate::sensor_effects::Inapplicable(
-            "it speaks of other axes",
+            "its parameters are those of other axes",
         ))),
         None => Err(SensorError::Parameters {
             kind: effect.kind.clone(),
@@ -147,14 +146,9 @@ fn errors_deg(
     record: &SensorRecord,
     effects: Vec<(&'static dyn SensorEffect, Vec<f64>)>,
 ) -> (f64, f64) {
-    let reference = record.angle_deg();
-    let start_deg = reference.first().copied().unwrap_or(0.0);
-    let predicted = SensorModel::new(effects).angle_deg(record.signals(), start_deg);
-    let residual: Vec<f64> = reference
-        .iter()
-        .zip(predicted)
-        .map(|(r, p)| r - p)
-        .collect();
+    let start_deg = record.angle_deg().first().copied().unwrap_or(0.0);
+    let predicted_deg = SensorModel::new(effects).angle_deg(record.signals(), start_deg);
+    let residual = record.error_deg(&predicted_deg);
     (
         rms(&residual),
         BlockErrors::new(&residual, BLOCKS).within_deg(),

@@ -6,15 +6,15 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use mlr_imu::read_text;
 use mlr_residual::{
-    AngleUnit, Effect, RateUnit, SelectionSettings, SensorColumns, SensorError, SensorExplanation,
-    SensorLog, SensorRecord, TimeUnit, Transfer, apply_effects, explain_sensor,
+    AngleUnit, Effect, ErrorDeg, RateUnit, SelectionSettings, SensorColumns, SensorError,
+    SensorExplanation, SensorLog, SensorRecord, TimeUnit, Transfer, apply_effects, explain_sensor,
 };
 use serde::{Deserialize, Serialize};
 
 use super::{log_file::LimitOptions, output};
 
 /// Version of the JSON output.
-const SCHEMA: &str = "mlr.explanation/1";
+const SCHEMA: &str = "mlr.sensor_explanation/1";
 /// The most that is read of an earlier report.
 const MAX_REPORT_BYTES: u64 = 10_000_000;
 
@@ -41,7 +41,7 @@ pub(super) struct ExplainSensorOptions {
     /// Do not try this kind of effect; may be repeated.
     #[arg(long, value_name = "KIND")]
     without: Vec<String>,
-    /// Also try effects that speak of the motion, not of the sensor: a shaft that swings between
+    /// Also try effects of the motion, not of the sensor: a shaft that swings between
     /// the same two stops.
     #[arg(long)]
     motion_effects: bool,
@@ -228,49 +228,64 @@ impl Report<'_> {
         let found = self.explanation;
         let mut table = output::Table::default();
         table.line("log", self.log.display());
-        table.line("halves", format!("{:.1} s each", found.half_s));
+        let stretches = found.stretches_s;
         table.line(
-            "",
-            "RMS error     fitted half   unseen half   within blocks",
-        );
-        let errors = |error: &mlr_residual::ErrorDeg| {
+            "stretches",
             format!(
-                "{:>10.3}°   {:>10.3}°   {:>10.3}°",
-                error.fit_deg, error.validation_deg, error.within_blocks_deg
-            )
-        };
-        table.line(
-            "data sheet",
-            format!("             {}", errors(&found.error_before)),
+                "fit {:.1} s to {:.1} s, selection to {:.1} s, test to {:.1} s",
+                stretches.fit[0], stretches.fit[1], stretches.selection[1], stretches.test[1]
+            ),
         );
-        for effect in &found.effects {
-            if let Some(error) = &effect.error_deg {
-                table.line(
-                    "with",
-                    format!("             {}   {}", errors(error), effect.kind),
-                );
-            }
-        }
         table.line(
-            "at last",
-            format!("             {}", errors(&found.error_after)),
+            "RMS error",
+            "            fit      selection           test   within blocks of the test stretch",
+        );
+        let errors = |error: &ErrorDeg| {
+            let columns = [
+                error.fit_deg,
+                error.selection_deg,
+                error.validation_deg,
+                error.within_blocks_deg,
+            ];
+            columns
+                .map(|error_deg| format!("{error_deg:>14.3}°"))
+                .concat()
+        };
+        let row = |error: &ErrorDeg, text: &str| format!("{}   {text}", errors(error));
+        table.lines(
+            "baselines",
+            found
+                .baselines
+                .iter()
+                .map(|baseline| row(&baseline.error_deg, baseline.name)),
+        );
+        table.lines(
+            "with",
+            found.effects.iter().filter_map(|effect| {
+                let error = effect.error_deg.as_ref()?;
+                Some(row(error, &effect.kind))
+            }),
+        );
+        table.line(
+            "refitted",
+            row(&found.error_after, "all of them, on fit and selection"),
         );
         table.lines("effects", found.effects.iter().map(effect_text));
         table.line(
             "noise floor",
-            format!("{:.3}° on the unseen half", found.noise_floor_deg),
+            format!("{:.3}° on the test stretch", found.noise_floor_deg),
         );
         table.lines(
             "not added",
             found.candidates.iter().map(|candidate| {
                 let error = candidate
-                    .validation_deg
+                    .selection_deg
                     .map_or("      ".into(), |error| format!("{error:.3}°"));
                 format!("{:<24}{error:>10}  {}", candidate.kind, candidate.verdict)
             }),
         );
         let residual = &found.residual;
-        table.line("remains", &residual.explains);
+        table.line("residual", &residual.explains);
         if let (Some(frequency_hz), Some(amplitude_deg)) =
             (residual.frequency_hz, residual.amplitude_deg)
         {
@@ -303,7 +318,10 @@ fn effect_text(effect: &Effect) -> String {
         parameters.collect::<Vec<_>>().join(", ")
     );
     if !effect.rivals.is_empty() {
-        text += &format!("; as good within noise: {}", effect.rivals.join(", "));
+        text += &format!(
+            "; not significantly better than {}",
+            effect.rivals.join(", ")
+        );
     }
     text
 }

@@ -1,41 +1,97 @@
-use super::{ABOVE_NOISE, trial::Trial};
+//! The report of a selection: errors on every stretch, intervals, the residual.
+
+use super::{
+    comparison::ABOVE_NOISE,
+    search::{Rejected, Search, Selected, Step, what_every_sensor_has},
+};
 use crate::{
-    ResidualDescription, SensorExplanation, SensorRecord,
-    statistics::{dominant_frequency, whiteness_p_value},
+    Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation, SensorRecord, Stretches,
+    baselines::baselines,
+    fitted_model::FittedModel,
+    statistics::{Noise, dominant_frequency, whiteness_p_value},
 };
 
-/// So many equal readings in a row at the largest rate are no chance.
+/// The rate counts as clipped when its largest value is repeated so many times in a row.
 const CLIPPED_READINGS: usize = 3;
+/// Cycles in the test stretch from which on an oscillation is told from a drift: one a block.
+const MIN_CYCLES: f64 = 15.0;
 
-/// Errors before and after; nothing about effects yet.
-pub(super) fn description(
+/// The report of `selected`, whose parameters are those of `refitted`.
+pub(super) fn explanation(
     record: &SensorRecord,
-    before: &Trial,
-    after: &Trial,
+    search: &Search<'_>,
+    selected: &Selected,
+    refitted: &FittedModel,
 ) -> SensorExplanation {
-    SensorExplanation {
-        effects: Vec::new(),
-        unexplained: false,
-        error_before: before.error(),
-        error_after: after.error(),
-        noise_floor_deg: after.noise_floor_deg(),
-        candidates: Vec::new(),
-        residual: residual(record, after),
-        half_s: record.duration_s() / 2.0,
+    let stretches = record.stretches();
+    let error_of = |model: &FittedModel| ErrorDeg::new(record, &model.residual_deg(record));
+    let walk_s = refitted.random_walk_s(&stretches, stretches.test);
+    let noise_floor_deg = noise_before_test(search.record(), refitted).floor_deg(walk_s);
+    let error_after = error_of(refitted);
+    let mut explanation = SensorExplanation {
+        stretches_s: stretches,
+        effects: selected
+            .steps
+            .iter()
+            .map(|step| effect(step, refitted, error_of(&step.model)))
+            .collect(),
+        unexplained: error_after.validation_deg > ABOVE_NOISE * noise_floor_deg,
+        error_before: ErrorDeg::new(record, &FittedModel::default().residual_deg(record)),
+        error_after,
+        baselines: baselines(record),
+        noise_floor_deg,
+        candidates: selected
+            .rejected
+            .iter()
+            .map(|rejected| candidate(rejected, rejected.model.as_ref().map(error_of)))
+            .collect(),
+        residual: residual(record, &stretches, refitted, &error_after),
         warnings: warnings(record),
+    };
+    add_intervals(refitted, &mut explanation);
+    explanation
+}
+
+/// The noise of the sensor on fit and selection: the smaller reading of the final model and of
+/// one with all that every sensor has.
+fn noise_before_test(seen: &SensorRecord, refitted: &FittedModel) -> Noise {
+    let period_s = seen.signals().period_s();
+    let noise_of = |model: &FittedModel| Noise::of(&model.residual_deg(seen), period_s);
+    let always = FittedModel::new(seen, what_every_sensor_has(seen));
+    noise_of(refitted).least(noise_of(&always))
+}
+
+fn effect(step: &Step, refitted: &FittedModel, error_deg: ErrorDeg) -> Effect {
+    let kind = step.effect.kind();
+    Effect {
+        kind: kind.into(),
+        parameters: refitted.parameters_of(kind),
+        interval_95: [].into(),
+        error_deg: Some(error_deg),
+        explains: step.effect.signature().into(),
+        p_value: Some(step.p_value),
+        rivals: step.rivals.clone(),
     }
 }
 
-/// Parameters, intervals and the residual of the final set of effects.
-pub(super) fn complete(record: &SensorRecord, after: &Trial, explanation: &mut SensorExplanation) {
-    explanation.error_after = after.error();
-    explanation.noise_floor_deg = after.noise_floor_deg();
-    explanation.residual = residual(record, after);
-    explanation.unexplained = after.error().validation_deg > ABOVE_NOISE * after.noise_floor_deg();
-    for effect in &mut explanation.effects {
-        effect.parameters = after.parameters_of(&effect.kind);
+fn candidate(rejected: &Rejected, error: Option<ErrorDeg>) -> Candidate {
+    let kind = rejected.effect.kind();
+    let parameters = rejected
+        .model
+        .as_ref()
+        .map(|model| model.parameters_of(kind));
+    Candidate {
+        kind: kind.into(),
+        parameters: parameters.unwrap_or_default(),
+        selection_deg: error.map(|error| error.selection_deg),
+        validation_deg: error.map(|error| error.validation_deg),
+        verdict: rejected.verdict.clone(),
     }
-    for (kind, parameter, width) in after.parameters() {
+}
+
+/// Intervals of the parameters, and warnings where they tell nothing.
+fn add_intervals(refitted: &FittedModel, explanation: &mut SensorExplanation) {
+    for (kind, parameter, width) in refitted.parameters() {
         let name = &parameter.name;
         let value = parameter.start;
         let effect = explanation.effects.iter_mut().find(|e| e.kind == kind);
@@ -53,7 +109,7 @@ pub(super) fn complete(record: &SensorRecord, after: &Trial, explanation: &mut S
             let absent = parameter.neutral;
             if absent.is_some_and(|absent| interval[0] <= absent && absent <= interval[1]) {
                 explanation.warnings.push(format!(
-                    "{kind}: {name} may as well be {}, its interval says",
+                    "{kind}: the 95 % interval of {name} includes {}, no effect",
                     absent.unwrap_or_default()
                 ));
             }
@@ -61,24 +117,30 @@ pub(super) fn complete(record: &SensorRecord, after: &Trial, explanation: &mut S
     }
 }
 
-fn residual(record: &SensorRecord, after: &Trial) -> ResidualDescription {
-    let values = &after.residual_deg;
-    let n = values.len().max(1);
+/// What is left on the test stretch.
+fn residual(
+    record: &SensorRecord,
+    stretches: &Stretches,
+    refitted: &FittedModel,
+    error: &ErrorDeg,
+) -> ResidualDescription {
+    let residual_deg = refitted.residual_deg(record);
+    let [.., values] = stretches.divide(record, &residual_deg);
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
-    let tenth = n / 10;
+    let tenth = values.len() / 10;
     let drift_deg = mean(&values[values.len() - tenth..]) - mean(&values[..tenth]);
     let strongest = dominant_frequency(values, record.signals().period_s());
-    let error = after.error();
     let whiteness_p_value = whiteness_p_value(values);
-    let half_s = record.duration_s() / 2.0;
+    let duration_s = stretches.test[1] - stretches.test[0];
     let explains = if whiteness_p_value > 0.05 {
         "white noise".to_string()
     } else if error.within_blocks_deg < 0.5 * error.validation_deg {
-        format!("slow drift, {drift_deg:+.2}° in {half_s:.0} s, of unknown origin")
+        format!("slow drift, {drift_deg:+.2}° in {duration_s:.0} s, of unknown origin")
     } else {
         match strongest {
             Some((frequency_hz, amplitude_deg))
-                if amplitude_deg > 0.5 * error.validation_deg && frequency_hz * half_s > 15.0 =>
+                if amplitude_deg > 0.5 * error.validation_deg
+                    && frequency_hz * duration_s > MIN_CYCLES =>
             {
                 format!("oscillation at {frequency_hz:.2} Hz of unknown origin")
             }

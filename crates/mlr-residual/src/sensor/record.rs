@@ -1,9 +1,11 @@
-use crate::SensorError;
+use crate::{SensorError, sensor_effects::MAX_DELAY_S};
 
-/// Shortest record that can be divided into halves and these into blocks.
+/// Shortest record that can be divided into three stretches and these into blocks.
 const MIN_DURATION_S: f64 = 20.0;
 /// Samples for the same.
 const MIN_SAMPLES: usize = 400;
+/// Samples of each stretch: four for each block.
+const MIN_STRETCH_SAMPLES: usize = 60;
 /// Least motion of the reference from which a scale can be told.
 const MIN_RANGE_DEG: f64 = 5.0;
 /// Share of bad time stamps from which on the order of samples is in doubt.
@@ -139,7 +141,8 @@ impl SensorRecord {
     ///
     /// # Errors
     /// [`SensorError`] when columns differ in length, too many stamps are out of
-    /// order, or the record is too short or without motion.
+    /// order, or the record is too short, has a gap over most of a stretch, or is without
+    /// motion.
     pub fn new(mut signals: SensorSignals, mut angle_deg: Vec<f64>) -> Result<Self, SensorError> {
         let total = signals.len();
         let mut latest = f64::NEG_INFINITY;
@@ -185,9 +188,23 @@ impl SensorRecord {
                 needed_samples: MIN_SAMPLES,
             });
         }
-        let half = &record.angle_deg[..record.half()];
-        let range_deg = half.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-            - half.iter().copied().fold(f64::INFINITY, f64::min);
+        let stretches = record.stretches();
+        let samples = stretches.samples(&record.signals.times_s);
+        let borders = [stretches.fit, stretches.selection, stretches.test];
+        for (range, [from_s, to_s]) in samples.iter().zip(borders) {
+            if range.len() < MIN_STRETCH_SAMPLES {
+                return Err(SensorError::Gap {
+                    from_s,
+                    to_s,
+                    samples: range.len(),
+                    needed: MIN_STRETCH_SAMPLES,
+                });
+            }
+        }
+        let [fit, ..] = samples;
+        let fitted = record.angle_deg.iter().take(fit.end).copied();
+        let range_deg =
+            fitted.clone().fold(f64::NEG_INFINITY, f64::max) - fitted.fold(f64::INFINITY, f64::min);
         if range_deg < MIN_RANGE_DEG {
             return Err(SensorError::NoMotion {
                 range_deg,
@@ -220,22 +237,24 @@ impl SensorRecord {
         }
     }
 
-    /// Index of the first sample of the second half in time.
-    pub fn half(&self) -> usize {
+    /// Reference less a predicted angle, degrees, at all samples but those of the last 0.3 s: the
+    /// angle of a sensor that is late is known only when its delay has passed, and after the end
+    /// of the record never.
+    pub(crate) fn error_deg(&self, predicted_deg: &[f64]) -> Vec<f64> {
         let times_s = &self.signals.times_s;
-        let Some(first) = times_s.first() else {
-            return 0;
-        };
-        let middle_s = first + self.duration_s() / 2.0;
-        times_s.partition_point(|time| *time < middle_s)
+        let end_s = times_s.last().copied().unwrap_or(0.0) - MAX_DELAY_S;
+        let scored = times_s.partition_point(|time| *time < end_s);
+        let pairs = self.angle_deg.iter().zip(predicted_deg).take(scored);
+        pairs
+            .map(|(reference, predicted)| reference - predicted)
+            .collect()
     }
 
-    /// The first half, as if the log ended there: all that a fit may see.
-    pub fn first_half(&self) -> Self {
-        let half = self.half();
+    /// The first samples only.
+    pub(super) fn truncated(&self, samples: usize) -> Self {
         Self {
-            signals: self.signals.truncated(half),
-            angle_deg: self.angle_deg[..half].to_vec(),
+            signals: self.signals.truncated(samples),
+            angle_deg: self.angle_deg.iter().take(samples).copied().collect(),
             dropped: 0,
         }
     }

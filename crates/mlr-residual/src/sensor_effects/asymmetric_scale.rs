@@ -11,7 +11,7 @@ impl SensorEffect for AsymmetricScale {
         "asymmetric_scale"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "grows with every turn, in either direction"
     }
 

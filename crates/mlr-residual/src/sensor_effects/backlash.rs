@@ -12,7 +12,7 @@ impl SensorEffect for Backlash {
         "backlash"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "steps where the direction turns"
     }
 

@@ -1,11 +1,8 @@
-use super::rest::at_rest;
+use super::rest::{at_rest, rest_bias_dps};
 use super::{Commonness, Inapplicable, Parameter, SensorEffect};
 use crate::{SensorRecord, SensorSignals, Track};
 
-/// Rest from which on a bias can be read.
-const MIN_REST_S: f64 = 1.0;
-
-/// The bias is read off whenever the sensor stands still, told from the sensor alone,
+/// The bias is read off whenever the sensor stands still, by the sensor's own signals,
 /// and kept until the next rest; what the reading remembers fades over `memory_s` of
 /// rest. While still, the angle is held.
 #[derive(Debug)]
@@ -20,15 +17,12 @@ impl SensorEffect for BiasAtRest {
         Commonness::Usual
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "a drift whose slope changes from rest to rest"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        let rests = at_rest(fit_half.signals());
-        let rest_s =
-            rests.iter().filter(|rest| **rest).count() as f64 * fit_half.signals().period_s();
-        if rest_s < MIN_REST_S {
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        if rest_bias_dps(fit_stretch.signals()).is_none() {
             return Err(Inapplicable("the sensor is never at rest"));
         }
         Ok(vec![

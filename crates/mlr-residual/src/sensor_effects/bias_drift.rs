@@ -15,7 +15,7 @@ impl SensorEffect for BiasDrift {
         Commonness::Usual
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "grows with the square of time"
     }
 

@@ -11,12 +11,12 @@ impl SensorEffect for CrossAxis {
         "cross_axis"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "grows with the angle turned about the other axes"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        let cross = &fit_half.signals().cross_rates_dps;
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        let cross = &fit_stretch.signals().cross_rates_dps;
         if cross.is_empty() {
             return Err(Inapplicable(
                 "the log has no rates about the sensor's other axes",

@@ -16,7 +16,7 @@ impl SensorEffect for CurvedRate {
         Commonness::Usual
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "steps where samples are lost or the rate changes fast"
     }
 

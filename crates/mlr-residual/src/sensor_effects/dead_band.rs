@@ -11,7 +11,7 @@ impl SensorEffect for DeadBand {
         "dead_band"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "grows with the time spent turning, against the turn"
     }
 

@@ -33,15 +33,14 @@ pub trait SensorEffect: Sync + Debug {
     /// Name in reports.
     fn kind(&self) -> &'static str;
 
-    /// The trace that it leaves in the residual, for people.
-    fn trace(&self) -> &'static str;
+    /// What it leaves in the residual, in words.
+    fn signature(&self) -> &'static str;
 
-    /// The parameters, started from what the half of the record used for fitting
-    /// shows.
+    /// The parameters, started from what the stretch that they are fitted on shows.
     ///
     /// # Errors
-    /// [`Inapplicable`] when the record has no trace that could be told.
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable>;
+    /// [`Inapplicable`] when nothing in that stretch could tell them.
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable>;
 
     /// Corrects time stamps and rate, before the integration.
     fn correct_rate(&self, values: &[f64], signals: &SensorSignals, track: &mut Track) {
@@ -58,15 +57,14 @@ pub trait SensorEffect: Sync + Debug {
         Commonness::Rare
     }
 
-    /// Whether it brings knowledge of the angle itself or of the bias, beyond the
-    /// rate, so that drift stays bounded. Drift that one effect removes by chance
-    /// and another by observation look the same; see
+    /// Whether it measures the angle itself or the bias, beyond the rate, so that drift
+    /// stays bounded. A smaller drift alone does not show which effects do; see
     /// [`explain_sensor()`](crate::explain_sensor()).
     fn observes_drift(&self) -> bool {
         false
     }
 
-    /// Whether it speaks of the motion rather than of the sensor. Such effects are
+    /// Whether it is an effect of the motion rather than of the sensor. Such effects are
     /// tried only when asked for.
     fn is_about_motion(&self) -> bool {
         false

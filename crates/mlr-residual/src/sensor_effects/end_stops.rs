@@ -52,8 +52,8 @@ impl Turns {
     }
 }
 
-/// The shaft swings between the same two angles, in degrees, known from the half that
-/// is fitted on. Each time the rate shows that it has turned back, the angle at the
+/// The shaft swings between the same two angles, in degrees, known from the stretch
+/// that is fitted on. Each time the rate shows that it has turned back, the angle at the
 /// turn is moved towards the stop by a share. This is knowledge of the motion, not of
 /// the sensor.
 #[derive(Debug)]
@@ -68,12 +68,12 @@ impl SensorEffect for EndStops {
         Commonness::Usual
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "a drift seen where the shaft turns back"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        let angle_deg = fit_half.angle_deg();
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        let angle_deg = fit_stretch.angle_deg();
         let turns: Vec<(f64, bool)> = Turns::default().collect(angle_deg);
         let mean = |upper: bool| {
             let at = turns.iter().filter(|(_, is_upper)| *is_upper == upper);

@@ -15,12 +15,12 @@ impl SensorEffect for GSensitivity {
         "g_sensitivity"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "grows where the sensor tilts or shakes"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        if fit_half.signals().accelerations_g.is_none() {
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        if fit_stretch.signals().accelerations_g.is_none() {
             return Err(Inapplicable("the log has no accelerations of this sensor"));
         }
         let parameter = |name| {

@@ -22,7 +22,7 @@ fn gravity_angles(signals: &SensorSignals) -> Option<Vec<(f64, f64)>> {
 /// vibration, so the angle follows it only over a time constant in s and the
 /// gyroscope in between (a complementary filter). `offset_deg` is what the
 /// accelerometer's angle reads when the reference reads zero: the mean over the fitted
-/// half, since in a joint fit it could not be told from the gyroscope's bias.
+/// stretch, since in a joint fit it could not be told from the gyroscope's bias.
 #[derive(Debug)]
 pub(super) struct GravityReference;
 
@@ -35,12 +35,12 @@ impl SensorEffect for GravityReference {
         Commonness::Usual
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "a drift that gravity sees and the rate does not"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        let Some(angles) = gravity_angles(fit_half.signals()) else {
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        let Some(angles) = gravity_angles(fit_stretch.signals()) else {
             return Err(Inapplicable("the log has no accelerations of this sensor"));
         };
         let length_g = angles.iter().map(|(_, length_g)| length_g).sum::<f64>();
@@ -51,7 +51,7 @@ impl SensorEffect for GravityReference {
         }
         // The circular mean of the differences.
         let (mut sine, mut cosine) = (0.0, 0.0);
-        for ((angle_deg, _), reference_deg) in angles.iter().zip(fit_half.angle_deg()) {
+        for ((angle_deg, _), reference_deg) in angles.iter().zip(fit_stretch.angle_deg()) {
             let difference = (angle_deg - reference_deg).to_radians();
             sine += difference.sin();
             cosine += difference.cos();

@@ -15,12 +15,12 @@ impl SensorEffect for GyroBias {
         Commonness::Always
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "grows in proportion to time, turning or not"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        let axis = fit_half.signals().axis;
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        let axis = fit_stretch.signals().axis;
         let name = axis.map_or("bias_dps".into(), |axis| format!("{}_dps", axis.letter()));
         Ok(vec![
             Parameter::new(name, 0.0)

@@ -15,7 +15,7 @@ impl SensorEffect for GyroScale {
         Commonness::Always
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "proportional to the angle turned"
     }
 

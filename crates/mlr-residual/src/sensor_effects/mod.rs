@@ -25,6 +25,9 @@ mod start_angle;
 mod temperature_drift;
 
 pub use crate::parameter::Parameter;
+pub(crate) use rest::rest_bias_dps;
+pub(crate) use sensor_delay::MAX_DELAY_S;
+
 pub use effect::{Commonness, Inapplicable, SensorEffect};
 
 /// All effects, in the order in which they act on the signals: first on the time

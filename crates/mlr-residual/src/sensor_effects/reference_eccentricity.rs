@@ -11,7 +11,7 @@ impl SensorEffect for ReferenceEccentricity {
         "reference_eccentricity"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "repeats with every revolution"
     }
 

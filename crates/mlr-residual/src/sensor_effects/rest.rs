@@ -1,4 +1,4 @@
-//! When the sensor does not turn, told from the sensor alone.
+//! When the sensor does not turn, by its own signals alone.
 
 use crate::SensorSignals;
 
@@ -10,6 +10,22 @@ const MAX_RATE_RANGE_DPS: f64 = 1.5;
 const MAX_BIAS_DPS: f64 = 25.0;
 /// Largest less smallest acceleration of a sensor at rest, g.
 const MAX_ACCELERATION_RANGE_G: f64 = 0.05;
+
+/// Rest from which on a bias can be read.
+const MIN_REST_S: f64 = 1.0;
+
+/// Mean rate while the sensor is at rest, °/s with the sign of the mounting; None where it rests
+/// for less than a second in all.
+pub(crate) fn rest_bias_dps(signals: &SensorSignals) -> Option<f64> {
+    let rests = at_rest(signals);
+    let resting = rests
+        .iter()
+        .zip(&signals.rate_dps)
+        .filter(|(rest, _)| **rest);
+    let (sum_dps, count) = resting.fold((0.0, 0_u32), |(sum, n), (_, rate)| (sum + rate, n + 1));
+    let rest_s = f64::from(count) * signals.period_s();
+    (rest_s >= MIN_REST_S).then(|| sum_dps / f64::from(count))
+}
 
 /// Whether the sensor has been still for the half second up to each sample. A turn
 /// at a steady rate below 25 °/s about an upright axis looks the same.

@@ -10,7 +10,7 @@ impl SensorEffect for ScaleNonlinearity {
         "scale_nonlinearity"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "proportional to the angle turned fast"
     }
 

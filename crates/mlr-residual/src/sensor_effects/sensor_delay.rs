@@ -1,6 +1,9 @@
 use super::{Commonness, Inapplicable, Parameter, SensorEffect};
 use crate::{SensorRecord, SensorSignals, Track};
 
+/// Largest delay that is tried, s: for so long a corrected angle may have to be waited for.
+pub(crate) const MAX_DELAY_S: f64 = 0.3;
+
 /// The rate is reported late, by this many seconds after the reference. Its angle is
 /// then known as late as that.
 #[derive(Debug)]
@@ -15,7 +18,7 @@ impl SensorEffect for SensorDelay {
         Commonness::Always
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "proportional to the change of angle within the delay"
     }
 
@@ -23,7 +26,7 @@ impl SensorEffect for SensorDelay {
         Ok(vec![
             Parameter::new("delay_s", 0.005)
                 .step(2e-4)
-                .bounds(-0.3, 0.3)
+                .bounds(-MAX_DELAY_S, MAX_DELAY_S)
                 .neutral(0.0),
         ])
     }

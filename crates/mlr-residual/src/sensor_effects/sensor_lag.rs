@@ -11,7 +11,7 @@ impl SensorEffect for SensorLag {
         "sensor_lag"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "proportional to the rate"
     }
 

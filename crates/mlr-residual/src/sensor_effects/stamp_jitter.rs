@@ -31,12 +31,12 @@ impl SensorEffect for StampJitter {
         Commonness::Usual
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "wanders with the jitter of the stamps"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        if fit_half.signals().period_s() <= 0.0 {
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        if fit_stretch.signals().period_s() <= 0.0 {
             return Err(Inapplicable("the samples have no period"));
         }
         Ok(vec![

@@ -15,7 +15,7 @@ impl SensorEffect for StartAngle {
         Commonness::Always
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "constant"
     }
 

@@ -15,12 +15,12 @@ impl SensorEffect for TemperatureDrift {
         Commonness::Usual
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "grows with the integral of the temperature"
     }
 
-    fn parameters(&self, fit_half: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
-        if fit_half.signals().temperature_c.is_none() {
+    fn parameters(&self, fit_stretch: &SensorRecord) -> Result<Vec<Parameter>, Inapplicable> {
+        if fit_stretch.signals().temperature_c.is_none() {
             return Err(Inapplicable("the log has no temperature"));
         }
         Ok(vec![

@@ -1,4 +1,4 @@
-//! Errors block by block, and what chance would give.
+//! Errors block by block, and whether they differ significantly.
 
 use super::rms;
 
@@ -32,10 +32,10 @@ impl BlockErrors {
     }
 }
 
-/// The probability that the sum of the gains `before - after` would be as large if
-/// the sign of each were a toss of a coin: the exact sign-flip test. With 15 blocks
-/// the smallest is 2⁻¹⁵.
-pub(crate) fn chance_of_gain(before: &[f64], after: &[f64]) -> f64 {
+/// One-sided p-value of the exact sign-flip test on the gains `before - after`: the probability
+/// of a sum as large if either sign of each gain were equally probable. With 15 blocks the
+/// smallest is 2⁻¹⁵.
+pub(crate) fn sign_flip_p_value(before: &[f64], after: &[f64]) -> f64 {
     let gains: Vec<f64> = before.iter().zip(after).map(|(b, a)| b - a).collect();
     let total: f64 = gains.iter().sum();
     if total <= 0.0 || !total.is_finite() {
@@ -62,17 +62,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gain_in_every_block_is_no_chance() {
+    fn a_gain_in_every_block_is_significant() {
         let before = [2.0; 15];
-        assert!((chance_of_gain(&before, &[1.0; 15]) - 2.0_f64.powi(-15)).abs() < 1e-12);
-        assert_eq!(chance_of_gain(&before, &[2.0; 15]), 1.0);
-        assert_eq!(chance_of_gain(&before, &[3.0; 15]), 1.0);
+        assert!((sign_flip_p_value(&before, &[1.0; 15]) - 2.0_f64.powi(-15)).abs() < 1e-12);
+        assert_eq!(sign_flip_p_value(&before, &[2.0; 15]), 1.0);
+        assert_eq!(sign_flip_p_value(&before, &[3.0; 15]), 1.0);
     }
 
     #[test]
-    fn a_gain_in_half_of_the_blocks_is_chance() {
+    fn a_gain_in_half_of_the_blocks_is_not() {
         let after: Vec<f64> = (0..15).map(|i| f64::from(i % 2)).collect();
-        assert!(chance_of_gain(&[0.5; 15], &after) > 0.3);
+        assert!(sign_flip_p_value(&[0.5; 15], &after) > 0.3);
     }
 
     #[test]

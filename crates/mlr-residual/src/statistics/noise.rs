@@ -32,11 +32,12 @@ impl Noise {
                 .map(|stretch| stretch.iter().sum::<f64>() / length as f64)
                 .collect();
             // Second differences of the means of a random walk vary by its growth over
-            // one stretch. Few stretches tell it badly: the upper limit counts.
-            let margin = 1.0 + 3.0 / (means.len().max(1) as f64).sqrt();
-            let irregular = margin * median_square(&second_differences(&means)) / MEDIAN_SQUARE;
+            // one stretch. Few stretches tell it badly: an estimate is no less than zero, and
+            // its standard error is added.
+            let irregular = median_square(&second_differences(&means)) / MEDIAN_SQUARE;
+            let standard_error = 3.0 / (means.len().max(1) as f64).sqrt() * irregular;
             let of_white = 6.0 * white / length as f64;
-            (irregular - of_white).max(0.0) / (length as f64 * period_s)
+            ((irregular - of_white).max(0.0) + standard_error) / (length as f64 * period_s)
         });
         Self {
             white_deg: white.sqrt(),
