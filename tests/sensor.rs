@@ -208,7 +208,7 @@ fn roll_follows_the_encoder() {
 }
 
 /// Measured: 8.01° over all, which is drift that no accelerometer holds, 0.37° within ten
-/// seconds, and a gain of 1.006: the scale of this gyroscope, as `explain-sensor` finds it.
+/// seconds, and a gain of 1.006: the scale of this gyroscope.
 #[test]
 fn yaw_follows_the_encoder_but_for_drift() {
     let claim = Claim {

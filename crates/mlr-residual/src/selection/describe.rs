@@ -91,7 +91,8 @@ fn candidate(rejected: &Rejected, error: Option<ErrorDeg>) -> Candidate {
 
 /// Intervals of the parameters, and warnings where they tell nothing.
 fn add_intervals(refitted: &FittedModel, explanation: &mut SensorExplanation) {
-    for (kind, parameter, width) in refitted.parameters() {
+    let free = refitted.parameters().filter(|(_, p, _)| !p.is_fixed());
+    for (kind, parameter, width) in free {
         let name = &parameter.name;
         let value = parameter.start;
         let effect = explanation.effects.iter_mut().find(|e| e.kind == kind);
