@@ -52,7 +52,7 @@ fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
         assert!((found_deg - tilt_deg).abs() < 0.5, "{name} {found_deg}");
         assert!(tilt_deg.abs() > 1.0, "none would be found as well");
     }
-    // On a robot that hardly turns, a slope tilts the sensor as well.
+    // On a robot that walks straight, a slope tilts the sensor as well.
     let rivals: Vec<&str> = effect.rivals.iter().map(|rival| &*rival.kind).collect();
     assert_eq!(rivals, ["slope"]);
     let (before, after) = (explanation.error_before, explanation.error_after);

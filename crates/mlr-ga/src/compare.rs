@@ -4,9 +4,7 @@ use mlr_imu::Recording;
 use mlr_model::{LostLinks, Morphology};
 use serde::Serialize;
 
-use crate::{
-    AnswerError, ComparedSignals, IdentifySettings, MeasuredWalk, Model, PaperCost, mean_error_deg,
-};
+use crate::{AnswerError, ComparedSignals, IdentifySettings, MeasuredWalk, Model, PaperCost};
 
 /// How a morphology's walk on the nominal model compares with a recording after Algorithm 2.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,19 +38,15 @@ pub fn compare(
     settings.check_on(model.robot)?;
     let measured = MeasuredWalk::new(recording, model.gait, settings)?;
     let cost = PaperCost::new(&measured, model.robot, model.gait, settings)?;
-    let (lost_links, simulated, cost_rad) = cost
+    let fit = cost
         .least(&morphology)
         .ok_or(AnswerError::AllDiverged { simulated: 1 })?;
     Ok(Comparison {
         morphology,
-        lost_links,
-        cost_rad,
-        mean_error_deg: mean_error_deg(cost_rad, simulated.roll.len()),
+        lost_links: fit.lost_links,
+        cost_rad: fit.cost_rad,
+        mean_error_deg: fit.mean_error_deg(),
         window_start_s: measured.window().start_s,
-        signals: ComparedSignals {
-            rate_hz: settings.filter.rate_hz,
-            measured: measured.conditioned().clone(),
-            simulated,
-        },
+        signals: ComparedSignals::new(&measured, fit.simulated, settings),
     })
 }

@@ -71,7 +71,7 @@ pub use identify::{
 };
 pub use model::Model;
 pub use objective::{Fit, LossHypothesis, WalkObjective};
-pub use paper_cost::PaperCost;
+pub use paper_cost::{PaperCost, PaperFit};
 
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};

@@ -26,11 +26,11 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The same with walks that were simulated beforehand.
+    /// The same with walks that were simulated beforehand, if there are any.
     #[must_use]
-    pub fn with_atlas(self, atlas: &'a Atlas) -> Self {
+    pub fn with_atlas(self, atlas: impl Into<Option<&'a Atlas>>) -> Self {
         Self {
-            atlas: Some(atlas),
+            atlas: atlas.into(),
             ..self
         }
     }

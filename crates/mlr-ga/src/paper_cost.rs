@@ -25,6 +25,24 @@ pub struct PaperCost {
     window_s: f64,
 }
 
+/// The walk of a candidate that F compares with the measured one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PaperFit {
+    /// What the lost links of the candidate are taken to be.
+    pub lost_links: LostLinks,
+    /// Its walk on the nominal model after the filter, from the gait time that fits best on.
+    pub simulated: Conditioned,
+    /// F.
+    pub cost_rad: f64,
+}
+
+impl PaperFit {
+    /// F per sample and axis, in degrees.
+    pub fn mean_error_deg(&self) -> f64 {
+        mean_error_deg(self.cost_rad, self.simulated.roll.len())
+    }
+}
+
 /// How finely an unknown phase of the gait is tried.
 const PHASE_STEP_S: f64 = 0.020;
 
@@ -65,10 +83,9 @@ impl PaperCost {
         })
     }
 
-    /// The simulated walk of a candidate after the filter, from the gait time
-    /// that fits best on, and its cost. `None` when it diverged, or when
+    /// The walk of a candidate and its F. `None` when it diverged, or when
     /// `lost_links` is no case of the hypothesis.
-    pub fn of(&self, candidate: &Morphology, lost_links: LostLinks) -> Option<(Conditioned, f64)> {
+    pub fn of(&self, candidate: &Morphology, lost_links: LostLinks) -> Option<PaperFit> {
         let simulator = self
             .simulators
             .iter()
@@ -89,25 +106,23 @@ impl PaperCost {
                     .cut(&trajectory.orientation, &SamplingLimits::default())
                     .expect("a simulated walk covers its windows at more than the lowest rate");
                 let simulated = filter.condition(&even);
-                let cost_rad = orientation_error_rad(&self.measured, &simulated);
-                (simulated, cost_rad)
+                PaperFit {
+                    lost_links,
+                    cost_rad: orientation_error_rad(&self.measured, &simulated),
+                    simulated,
+                }
             })
-            .min_by(|(_, a), (_, b)| a.total_cmp(b))
+            .min_by(|a, b| a.cost_rad.total_cmp(&b.cost_rad))
     }
-}
 
-impl PaperCost {
-    /// What the lost links of the candidate must be for the least F, its walk after the filter,
-    /// and its cost. `None` when every walk diverged.
-    pub fn least(&self, candidate: &Morphology) -> Option<(LostLinks, Conditioned, f64)> {
+    /// The walk with the least F among those that the lost links of the candidate allow. `None`
+    /// when every walk diverged.
+    pub fn least(&self, candidate: &Morphology) -> Option<PaperFit> {
         self.lost_links
             .cases_of(candidate)
             .iter()
-            .filter_map(|&lost_links| {
-                let (simulated, cost_rad) = self.of(candidate, lost_links)?;
-                Some((lost_links, simulated, cost_rad))
-            })
-            .min_by(|(_, _, a), (_, _, b)| a.total_cmp(b))
+            .filter_map(|&lost_links| self.of(candidate, lost_links))
+            .min_by(|a, b| a.cost_rad.total_cmp(&b.cost_rad))
     }
 }
 
@@ -118,9 +133,7 @@ impl Objective for PaperCost {
         Evaluation {
             cost_deg: least
                 .as_ref()
-                .map_or(f64::INFINITY, |(_, simulated, cost_rad)| {
-                    mean_error_deg(*cost_rad, simulated.roll.len())
-                }),
+                .map_or(f64::INFINITY, PaperFit::mean_error_deg),
             fits: Vec::new(),
             abandoned: false,
             diverged: usize::from(least.is_none()),

@@ -11,7 +11,6 @@ use mlr_imu::{Columns, Recording, read_log};
 use serde::Serialize;
 
 use super::{
-    identify::SearchName,
     model_files::{self, MethodName},
     progress::Bar,
     scored::{EvaluationOptions, Scored},
@@ -27,9 +26,6 @@ pub(super) struct EvaluateOptions {
     /// What decides [default: mlr].
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// How to search the morphologies.
-    #[arg(long, value_enum)]
-    search: Option<SearchName>,
     /// Length of the compared stretch [default: 5 s].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     window_s: Option<f64>,
@@ -57,12 +53,11 @@ struct DirectoryReport {
 
 pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     let Configuration {
-        identification: mut settings,
+        identification,
         mounting,
         ..
     } = model_files::configuration(options.config.as_deref(), options.method)?;
-    settings.search = options.search.map(Search::from).or(settings.search);
-    settings.seed = options.of.seed;
+    let mut settings = options.of.search.over(identification);
     if let Some(window_s) = options.window_s {
         settings.window_s = window_s;
     }
@@ -71,11 +66,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     let (robot, gait) = options.of.model.read()?;
     settings.check_on(&robot)?;
     let atlas = options.of.atlas.open(&robot, &gait, &settings)?;
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: atlas.as_ref(),
-    };
+    let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let layout = robot.layout();
     let directories: Vec<(PathBuf, Vec<Truth>)> = options
         .of

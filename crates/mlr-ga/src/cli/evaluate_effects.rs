@@ -46,18 +46,11 @@ struct Report {
 }
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
-    let identify = IdentifySettings {
-        seed: options.of.seed,
-        ..IdentifySettings::default()
-    };
+    let identify = options.of.search.over(IdentifySettings::default());
     let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or_default();
     let (robot, gait) = options.of.model.read()?;
     let atlas = options.of.atlas.open(&robot, &gait, &identify)?;
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: atlas.as_ref(),
-    };
+    let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let how = ExplainSettings {
         identify: &identify,
         tracing: &tracing,

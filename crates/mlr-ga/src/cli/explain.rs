@@ -4,17 +4,16 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, ExplainSettings, Explained, ExplanationReport, LARGEST_SEED, Model, Search,
-    WalkStart, explain,
+    Configuration, ExplainSettings, Explained, ExplanationReport, Model, WalkStart, explain,
 };
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
 use super::{
-    identify::SearchName,
     log_file::LogFile,
     model_files::{self, AtlasFile, ModelFiles},
     output::{self, ResultFile},
     progress::Bar,
+    search_options::SearchOptions,
 };
 
 /// Candidates that are shown to people.
@@ -24,13 +23,8 @@ const SHOWN: usize = 6;
 pub(super) struct ExplainOptions {
     #[command(flatten)]
     log: LogFile,
-    /// How to search the morphologies at first [default: atlas where there is one, else ga].
-    #[arg(long, value_enum)]
-    search: Option<SearchName>,
-    /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
-    seed: u64,
+    #[command(flatten)]
+    search: SearchOptions,
     /// Log time at which the robot was commanded to walk, where that is known: a delay of servos or
     /// sensor shows only then.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
@@ -56,13 +50,12 @@ pub(super) struct ExplainOptions {
 pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let started = Instant::now();
     let Configuration {
-        identification: mut settings,
+        identification,
         tracing,
         mounting,
         ..
     } = model_files::configuration(options.config.as_deref(), None)?;
-    settings.search = options.search.map(Search::from).or(settings.search);
-    settings.seed = options.seed;
+    let mut settings = options.search.over(identification);
     if let Some(start_s) = options.start_s {
         settings.walk_start = WalkStart::CommandedAtS(start_s);
     }
@@ -75,11 +68,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let file = file.map(ResultFile::reserve).transpose()?;
     let recording = options.log.read()?.mounted(&mounting)?;
     let atlas = options.atlas.open(&robot, &gait, &settings)?;
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: atlas.as_ref(),
-    };
+    let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let how = ExplainSettings {
         identify: &settings,
         tracing: &tracing,
@@ -99,7 +88,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     }
     let report = ExplanationReport::new(
         options.log.path().display().to_string(),
-        options.seed,
+        settings.seed,
         explanation,
         identification.log_quality,
         started.elapsed(),

@@ -5,8 +5,7 @@ use std::{path::PathBuf, time::Instant};
 use clap::{Args, ValueEnum};
 use mlr_filter::SettingError;
 use mlr_ga::{
-    IdentificationReport, IdentifySettings, LARGEST_SEED, LossHypothesis, Method, Model, Search,
-    identify,
+    IdentificationReport, IdentifySettings, LossHypothesis, Method, Model, Search, identify,
 };
 
 use super::{
@@ -15,15 +14,15 @@ use super::{
     output::{self, ResultFile},
     plot,
     progress::Bar,
+    search_options::SearchOptions,
 };
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyOptions {
     #[command(flatten)]
     log: LogFile,
-    /// How to search the morphologies [default: atlas where there is one, else ga].
-    #[arg(long, value_enum)]
-    search: Option<SearchName>,
+    #[command(flatten)]
+    search: SearchOptions,
     /// What decides [default: mlr].
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -31,10 +30,6 @@ pub(super) struct IdentifyOptions {
     /// 1; 10 with --method paper].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     repeats: Option<usize>,
-    /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
-    seed: u64,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -65,26 +60,6 @@ pub(super) struct IdentifyOptions {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum SearchName {
-    /// The genetic algorithm. By --method mlr, likely damage is evaluated in any case.
-    Ga,
-    /// Every feasible morphology.
-    Exact,
-    /// Every feasible morphology, from --atlas.
-    Atlas,
-}
-
-impl From<SearchName> for Search {
-    fn from(name: SearchName) -> Self {
-        match name {
-            SearchName::Ga => Self::Ga,
-            SearchName::Exact => Self::Exact,
-            SearchName::Atlas => Self::Atlas,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
 enum LossName {
     /// Gone.
     Absent,
@@ -104,11 +79,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let picture = picture.map(ResultFile::reserve).transpose()?;
     let recording = options.log.read()?.mounted(&configuration.mounting)?;
     let atlas = options.atlas.open(&robot, &gait, &settings)?;
-    let model = Model {
-        robot: &robot,
-        gait: &gait,
-        atlas: atlas.as_ref(),
-    };
+    let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let bar = Bar::new();
     let answer = identify(&recording, model, &settings, &bar);
     bar.clear();
@@ -136,14 +107,13 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
 
 impl IdentifyOptions {
     /// The settings of the file, which were checked, with the options in their place.
-    fn settings(&self, mut settings: IdentifySettings) -> Result<IdentifySettings, SettingError> {
+    fn settings(&self, settings: IdentifySettings) -> Result<IdentifySettings, SettingError> {
+        let mut settings = self.search.over(settings);
         if let Some(window_s) = self.window_s {
             settings.window_s = window_s;
         }
         settings.from_s = self.from_s.or(settings.from_s);
-        settings.search = self.search.map(Search::from).or(settings.search);
         settings.genetic.repeats = self.repeats.unwrap_or(settings.genetic.repeats);
-        settings.seed = self.seed;
         if let Some(friction) = self.friction {
             settings.simulation.contact.friction = friction;
         }

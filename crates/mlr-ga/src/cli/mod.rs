@@ -16,6 +16,7 @@ mod output;
 mod plot;
 mod progress;
 mod scored;
+mod search_options;
 mod simulate;
 
 use std::process::ExitCode;

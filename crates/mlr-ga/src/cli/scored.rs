@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use mlr_ga::LARGEST_SEED;
 use serde::Serialize;
 
 use super::{
     model_files::{AtlasFile, ModelFiles},
     output,
     progress::Bar,
+    search_options::SearchOptions,
 };
 
 /// The options of every evaluation.
@@ -20,10 +20,8 @@ pub(super) struct EvaluationOptions {
     pub(super) directories: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) atlas: AtlasFile,
-    /// Makes every run repeatable.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
-    pub(super) seed: u64,
+    #[command(flatten)]
+    pub(super) search: SearchOptions,
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,

@@ -6,13 +6,13 @@ use super::Alignment;
 /// What is left between measured and simulated walk, roll, pitch, yaw.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Misfit {
-    /// Mean square of each axis, what lies between the harmonics of the gait weighed down.
+    /// Mean square of each axis; frequencies between the harmonics of the gait have a lower weight.
     pub mean_square_deg2: [f64; 3],
     /// Under this alignment.
     pub alignment: Alignment,
 }
 
-/// How much a misfit says against a candidate.
+/// How likely a misfit is.
 ///
 /// The errors of a simulated walk are not noise: they come from what the model
 /// lacks, and their size is not known beforehand. With that size unknown, the
@@ -25,14 +25,13 @@ pub struct Misfit {
 pub struct LikelihoodSettings {
     /// Independent errors of roll, pitch and yaw in five seconds of walking.
     pub independent_errors: [f64; 3],
-    /// Errors below this size say nothing: sensor noise, and what no model gets
-    /// right.
+    /// Errors below this size, such as those of sensor noise, do not change the likelihood.
     pub floor_deg: f64,
-    /// What the square of an error at a frequency between two harmonics of the gait counts,
+    /// Weight of the square of an error at a frequency between two harmonics of the gait,
     /// against 1 at a harmonic. Damage changes what repeats with the gait; rubble, noise and
     /// slip change everything.
     pub between_harmonics: f64,
-    /// Standard deviation of the gait clock's error that is thought likely.
+    /// Prior standard deviation of the relative error of the gait clock.
     pub clock_deviation: f64,
 }
 
@@ -63,11 +62,11 @@ impl LikelihoodSettings {
 
     /// Logarithm of the likelihood, up to a constant.
     pub fn ln_likelihood(&self, misfit: &Misfit) -> f64 {
-        self.ln_of_errors(misfit.mean_square_deg2) - self.ln_price_of(misfit.alignment)
+        self.ln_of_errors(misfit.mean_square_deg2) - self.clock_penalty(misfit.alignment)
     }
 
-    /// What the likelihood of a walk can still become, from the misfit of its first part,
-    /// `share` of the whole. Only an error that changes its sign later could undercut it.
+    /// An upper bound of the likelihood of a walk from the misfit of its first part, `share` of
+    /// the whole. It fails only for an error that changes its sign later.
     pub fn ln_bound(&self, misfit: &Misfit, share: f64) -> f64 {
         // A harmonic that is wrong in the part and right later has this share of its amplitude
         // in the whole.
@@ -75,7 +74,7 @@ impl LikelihoodSettings {
         self.ln_of_errors(whole)
     }
 
-    /// Errors that count, over all axes: how fast the likelihood falls with them.
+    /// Independent errors over all axes: how fast the likelihood falls with their mean square.
     pub fn errors(&self) -> f64 {
         self.independent_errors.iter().sum()
     }
@@ -90,7 +89,8 @@ impl LikelihoodSettings {
             .sum::<f64>()
     }
 
-    fn ln_price_of(&self, alignment: Alignment) -> f64 {
+    /// Negative logarithm of the prior of an alignment, up to a constant.
+    fn clock_penalty(&self, alignment: Alignment) -> f64 {
         0.5 * (alignment.clock / self.clock_deviation).powi(2)
     }
 }
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_weighs_by_its_axis() {
+    fn an_error_of_yaw_counts_less() {
         let settings = LikelihoodSettings::default();
         let ln = |s| settings.ln_likelihood(&misfit(s, 0.0));
         let none = ln([0.1, 0.1, 0.1]);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn below_the_floor_errors_hardly_count() {
+    fn errors_far_below_the_floor_do_not_count() {
         let settings = LikelihoodSettings::default();
         let ln = |error_deg: f64| settings.ln_likelihood(&misfit([error_deg.powi(2); 3], 0.0));
         let floor_deg = settings.floor_deg;
@@ -129,14 +129,14 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_far_off_has_its_price() {
+    fn a_clock_far_off_is_penalised() {
         let settings = LikelihoodSettings::default();
         let ln = |clock| settings.ln_likelihood(&misfit([0.1; 3], clock));
         assert!((ln(0.0) - ln(0.07) - 2.0).abs() < 1e-9);
     }
 
     #[test]
-    fn the_bound_is_one() {
+    fn the_bound_of_a_part_is_not_below_the_likelihood_of_the_whole() {
         let settings = LikelihoodSettings::default();
         let part = misfit([0.4, 0.3, 0.2], 0.02);
         let whole = misfit([0.2, 0.15, 0.1], 0.02);

@@ -103,16 +103,16 @@ mod tests {
         ];
         let both = hexapod("000 111 111 110 111 111");
         for settings in [GeneticSettings::default(), GeneticSettings::paper()] {
-            let children = children(&candidate, &better, &settings);
-            assert!(share(&children, |child| *child == both) > 0.05);
+            let mixed = children(&candidate, &better, &settings);
+            assert!(share(&mixed, |child| *child == both) > 0.05);
         }
         // The control: without crossover nothing is brought together.
         let without = GeneticSettings {
             crossover_rate: 0.0,
             ..Default::default()
         };
-        let children = children(&candidate, &better, &without);
-        assert_eq!(share(&children, |child| *child == candidate), 1.0);
+        let unmixed = children(&candidate, &better, &without);
+        assert_eq!(share(&unmixed, |child| *child == candidate), 1.0);
     }
 
     #[test]
@@ -122,15 +122,12 @@ mod tests {
             hexapod("000 111 000 111 000 111"),
             hexapod("111 000 111 000 111 000"),
         ];
-        let children = children(&candidate, &better, &GeneticSettings::default());
-        assert_eq!(
-            share(&children, |child| (0..6)
-                .any(|leg| child.remaining(leg) == 1)),
-            0.0
-        );
+        let has_short_leg = |child: &Morphology| (0..6).any(|leg| child.remaining(leg) == 1);
+        let by_legs = children(&candidate, &better, &GeneticSettings::default());
+        assert_eq!(share(&by_legs, has_short_leg), 0.0);
         // The control: link by link, legs come about that no parent has.
-        let mixed = super::tests::children(&candidate, &better, &GeneticSettings::paper());
-        assert!(share(&mixed, |child| (0..6).any(|leg| child.remaining(leg) == 1)) > 0.5);
+        let by_links = children(&candidate, &better, &GeneticSettings::paper());
+        assert!(share(&by_links, has_short_leg) > 0.5);
     }
 
     #[test]

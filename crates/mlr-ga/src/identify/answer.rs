@@ -3,8 +3,8 @@ use mlr_imu::quality::LogQuality;
 use mlr_model::{LostLinks, Morphology, Variation};
 use serde::Serialize;
 
-use super::{Method, Search};
-use crate::{comparison::Alignment, evaluation::CaseFit};
+use super::{IdentifySettings, MeasuredWalk, Method, Search};
+use crate::{PaperFit, comparison::Alignment, evaluation::CaseFit};
 
 /// The answer. Serialises to the fields of `mlr.identification/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -114,11 +114,8 @@ impl BestFit {
     }
 
     /// How the walk of the nominal model fits after Algorithm 2, without any alignment.
-    pub(super) fn of_conditioned(
-        lost_links: LostLinks,
-        measured: &Conditioned,
-        simulated: &Conditioned,
-    ) -> Self {
+    pub(super) fn of_conditioned(fit: &PaperFit, measured: &Conditioned) -> Self {
+        let simulated = &fit.simulated;
         let rms_deg = |signal: &mut dyn ExactSizeIterator<Item = f64>| {
             let count = signal.len().max(1) as f64;
             (signal.map(|x| x * x).sum::<f64>() / count)
@@ -131,7 +128,7 @@ impl BestFit {
             (&measured.yaw, &simulated.yaw),
         ];
         Self {
-            lost_links,
+            lost_links: fit.lost_links,
             alignment: Alignment::default(),
             variation: Variation::default(),
             error_deg: axes.map(|(m, s)| rms_deg(&mut m.iter().zip(s).map(|(m, s)| m - s))),
@@ -150,6 +147,20 @@ pub struct ComparedSignals {
     pub measured: Conditioned,
     /// The walk of the best morphology.
     pub simulated: Conditioned,
+}
+
+impl ComparedSignals {
+    pub(crate) fn new(
+        measured: &MeasuredWalk,
+        simulated: Conditioned,
+        settings: &IdentifySettings,
+    ) -> Self {
+        Self {
+            rate_hz: settings.filter.rate_hz,
+            measured: measured.conditioned().clone(),
+            simulated,
+        }
+    }
 }
 
 /// A morphology that explains the recording less well.

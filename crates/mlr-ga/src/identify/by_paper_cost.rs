@@ -1,6 +1,6 @@
 //! [`Method::Paper`](super::Method::Paper): the least F.
 
-use mlr_model::{LostLinks, Morphology};
+use mlr_model::Morphology;
 use rayon::prelude::*;
 
 use super::{
@@ -49,7 +49,7 @@ pub(super) fn verdict(
             .iter()
             .map(|(result, count)| (result.clone(), (*count as f64).ln())),
     );
-    let (lost_links, simulated, cost_rad) = cost.least(&best).ok_or_else(no_walk)?;
+    let paper_fit = cost.least(&best).ok_or_else(no_walk)?;
     let belief = Belief {
         posterior,
         unexplained: settings.prior,
@@ -57,12 +57,11 @@ pub(super) fn verdict(
     };
     Ok(Verdict {
         alternatives: alternatives(&best, &belief, &evaluations, &cost),
-        fit: BestFit::of_conditioned(lost_links, measured.conditioned(), &simulated),
+        fit: BestFit::of_conditioned(&paper_fit, measured.conditioned()),
         best,
         belief,
         something_else: None,
-        simulated,
-        cost_rad,
+        paper_fit,
         evaluations: match search {
             Search::Ga => searched.candidates(),
             _ => evaluations.len(),
@@ -104,10 +103,9 @@ fn alternatives(
         .collect();
     next.par_iter()
         .filter_map(|morphology| {
-            let (_, _, cost_rad): (LostLinks, _, f64) = cost.least(morphology)?;
             Some(Alternative {
                 morphology: (*morphology).clone(),
-                cost_rad,
+                cost_rad: cost.least(morphology)?.cost_rad,
                 probability: belief.of(morphology),
             })
         })

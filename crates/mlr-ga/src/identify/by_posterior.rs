@@ -15,7 +15,6 @@ use crate::{
     atlas::Atlas,
     belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
-    mean_error_deg,
     paper_cost::PaperCost,
 };
 
@@ -56,8 +55,8 @@ pub(super) fn verdict(
         &settings.variations,
     );
     let paper_cost = PaperCost::new(measured, model.robot, model.gait, settings)?;
-    let (simulated, cost_rad) = paper_cost.of(&best, fit.lost_links).ok_or_else(no_walk)?;
-    let mean_error_deg = mean_error_deg(cost_rad, simulated.roll.len());
+    let paper_fit = paper_cost.of(&best, fit.lost_links).ok_or_else(no_walk)?;
+    let mean_error_deg = paper_fit.mean_error_deg();
     let something_else = something_else(&fit, mean_error_deg, measured.quality(), settings);
     let belief = Belief {
         something_else,
@@ -73,8 +72,7 @@ pub(super) fn verdict(
         belief,
         something_else: Some(something_else),
         fit,
-        simulated,
-        cost_rad,
+        paper_fit,
         evaluations: evaluations.len(),
         diverged: evaluations.diverged(),
         searched,
@@ -129,10 +127,10 @@ fn alternatives(
         .par_iter()
         .filter_map(|(morphology, _)| {
             let fit = likeliest_fit(weighed, morphology)?;
-            let (_, cost_rad) = paper_cost.of(morphology, fit.case.lost_links)?;
+            let paper_fit = paper_cost.of(morphology, fit.case.lost_links)?;
             Some(Alternative {
                 morphology: morphology.clone(),
-                cost_rad,
+                cost_rad: paper_fit.cost_rad,
                 probability: belief.of(morphology),
             })
         })

@@ -19,12 +19,11 @@ pub use report::IdentificationReport;
 pub use settings::{IdentifySettings, Method, Search};
 pub use walk_start::WalkStart;
 
-use mlr_filter::Conditioned;
 use mlr_imu::Recording;
 use mlr_model::Morphology;
 use searched::Searched;
 
-use crate::{AnswerError, Model, Progress, belief::Belief, mean_error_deg};
+use crate::{AnswerError, Model, PaperFit, Progress, belief::Belief};
 
 /// How many alternatives are reported.
 const ALTERNATIVES: usize = 5;
@@ -58,10 +57,8 @@ struct Verdict {
     /// Probability of something else than damage, where the method asks for it.
     something_else: Option<f64>,
     fit: BestFit,
-    /// The walk of the best morphology on the nominal model, after Algorithm 2.
-    simulated: Conditioned,
-    /// Its F.
-    cost_rad: f64,
+    /// F of the best morphology.
+    paper_fit: PaperFit,
     alternatives: Vec<Alternative>,
     evaluations: usize,
     diverged: usize,
@@ -90,8 +87,8 @@ impl Verdict {
             legs_probability: belief.of_legs_of(&best),
             leg_damage_probability: belief.leg_damage(best.legs()),
             link_loss_probability: belief.link_loss((0..best.legs()).map(|leg| best.links(leg))),
-            cost_rad: self.cost_rad,
-            mean_error_deg: mean_error_deg(self.cost_rad, self.simulated.roll.len()),
+            cost_rad: self.paper_fit.cost_rad,
+            mean_error_deg: self.paper_fit.mean_error_deg(),
             fit: self.fit,
             alternatives: self.alternatives,
             indistinguishable: belief
@@ -112,11 +109,7 @@ impl Verdict {
             log_quality: measured.quality().clone(),
             warnings: [measured.warnings(), &self.warnings].concat(),
             morphology: best,
-            signals: ComparedSignals {
-                rate_hz: settings.filter.rate_hz,
-                measured: measured.conditioned().clone(),
-                simulated: self.simulated,
-            },
+            signals: ComparedSignals::new(measured, self.paper_fit.simulated, settings),
         }
     }
 }

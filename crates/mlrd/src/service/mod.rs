@@ -1,4 +1,7 @@
-//! Puts source, sensor, monitor and identification together.
+//! The loop of the daemon: bytes of the sensor in, events out.
+
+mod conclusions;
+mod start;
 
 use std::{
     io,
@@ -6,30 +9,25 @@ use std::{
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
-        mpsc::{self, Receiver, RecvTimeoutError},
+        mpsc::{Receiver, RecvTimeoutError},
     },
-    thread,
     time::{Duration, Instant, SystemTime},
 };
 
-use anyhow::Context;
 use nalgebra::Vector3;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::{
-    Options, Settings,
+    Options,
     attitude::Attitude,
     event::{Kind, Status},
     explainer::{Explained, Explainer},
-    monitor::{Action, Monitor},
+    monitor::Monitor,
     output::{Events, Messages},
     recorder::{Recorder, RecordingNotice},
-    robot_model::RobotModel,
-    saved_state::{KnownMorphology, SavedState, StateFile},
+    saved_state::{SavedState, StateFile},
     sensor::{Heard, Reading, Sensor},
-    sensor_correction,
     sensor_fault::FaultChange,
-    source::{self, Pulse, Source, SourceMessage},
+    source::{Pulse, SourceMessage},
     supervisor::{Progress, Supervisor},
     worker::{Answer, Worker},
 };
@@ -41,9 +39,6 @@ const TICK: Duration = Duration::from_millis(100);
 const LAST_BYTES: Duration = Duration::from_millis(250);
 /// How long each output may take to write what is left then.
 const LAST_LINES: Duration = Duration::from_millis(250);
-/// Pieces of bytes on their way from the port, a few milliseconds each: four seconds, in
-/// which the state file or a slow card may keep the daemon. Each is 4 kB at most.
-const PIECES: usize = 1024;
 /// Change of the gyroscope's bias that is worth writing down.
 const BIAS_CHANGE_RADPS: f64 = 0.002;
 
@@ -93,70 +88,6 @@ struct Service {
 }
 
 impl Service {
-    fn start(settings: &Settings, messages: Messages) -> anyhow::Result<Self> {
-        let source = settings.source()?;
-        let known = Arc::new(RobotModel::new(settings, source.to_string())?);
-        let (send_answer, answers) = mpsc::channel();
-        let worker = Worker::new(settings, Arc::clone(&known), send_answer)?;
-        let (send_explained, explanations) = mpsc::channel();
-        let explainer = settings
-            .explains()
-            .then(|| {
-                let tracing = settings.tracing.clone();
-                Explainer::new(known, tracing, messages.clone(), send_explained)
-            })
-            .transpose()?;
-        let identification = &settings.identification;
-        let monitor = Monitor::new(
-            identification.motion,
-            identification.detector,
-            identification.window_s,
-        )?;
-        let state_file = settings
-            .state_dir
-            .as_ref()
-            .map(|dir| StateFile::new(dir).with_context(|| dir.display().to_string()))
-            .transpose()?;
-        let (state, notice) = match &state_file {
-            Some(file) => file.load().context("state directory")?,
-            None => (SavedState::default(), None),
-        };
-        if let Some(notice) = notice {
-            messages.say(&notice);
-        }
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [SIGTERM, SIGINT, SIGHUP] {
-            signal_hook::flag::register(signal, Arc::clone(&stop)).context("signals")?;
-        }
-        let source_name = source.to_string();
-        let pulse = Pulse::default();
-        let pieces = read_in_a_thread(source, &stop, &pulse)?;
-        Ok(Self {
-            events: Events::to_stdout(messages.clone()).context("stdout")?,
-            source_name,
-            sensor: Sensor::new(settings, state.gyroscope_bias_radps.map(Vector3::from)),
-            faulty: false,
-            monitor,
-            recorder: Recorder::new(&settings.record),
-            state_file,
-            state,
-            supervisor: Supervisor::ready(messages.clone()),
-            messages,
-            status_every: Duration::from_secs_f64(settings.status_every_s),
-            stop,
-            pieces,
-            pulse,
-            answers,
-            worker: Arc::new(worker),
-            explanations,
-            explainer,
-            begin: Instant::now(),
-            last_heard: Instant::now(),
-            processed: 0,
-            last_attitude: None,
-        })
-    }
-
     fn serve(mut self) -> ExitCode {
         self.tell(Kind::Started {
             port: self.source_name.clone(),
@@ -282,83 +213,6 @@ impl Service {
         }
     }
 
-    fn act(&mut self, action: Action) {
-        let sensing = self.state.sensing.unwrap_or_default();
-        match action {
-            Action::Report(kind) => self.tell(kind),
-            Action::Identify(request) => {
-                let number = request.number;
-                if let Err(error) = Worker::identify(&self.worker, request, sensing) {
-                    let report = Err(error.into());
-                    self.answered(Answer { number, report });
-                }
-            }
-            Action::Explain(request) => {
-                if let Some(explainer) = &self.explainer
-                    && !explainer.explain(request, sensing)
-                {
-                    self.explainer = None;
-                    self.warn("explanations end: the thread that makes them has died");
-                }
-            }
-        }
-    }
-
-    fn answered(&mut self, answer: Answer) {
-        let Answer { number, report } = answer;
-        match report {
-            Ok(report) if self.monitor.is_sound(number) => {
-                // Of a walk that no morphology explains nothing is worth keeping.
-                if !report.identification.implausible {
-                    let known = KnownMorphology::new(SystemTime::now(), &report.identification);
-                    self.state.last_known = Some(known);
-                    self.save();
-                }
-                let result = Box::new(report);
-                self.tell(Kind::Identified { result });
-                if let Some(next) = self.monitor.identified(number) {
-                    self.act(next);
-                }
-            }
-            report => {
-                self.monitor.unidentified(number);
-                let reason = match report {
-                    Ok(_) => "the sensor had a fault during this walk".to_string(),
-                    Err(error) => error.to_string(),
-                };
-                self.tell(Kind::Unidentified { reason });
-            }
-        }
-    }
-
-    fn explained(&mut self, explained: Explained) {
-        let Explained {
-            number,
-            report,
-            corrected,
-        } = explained;
-        let report = match report {
-            _ if !self.monitor.is_sound(number) => {
-                return self.warn("explanation: the sensor had a fault during this walk");
-            }
-            Ok(report) => report,
-            Err(error) => return self.warn(&format!("explanation: {error}")),
-        };
-        let better = sensor_correction::known_better(corrected, &report.explanation);
-        let result = Box::new(report);
-        self.tell(Kind::Explained { result });
-        let Some(sensing) = better else {
-            return;
-        };
-        self.state.sensing = Some(sensing);
-        self.save();
-        self.messages.say(&format!(
-            "sensor corrected from now on: {}",
-            sensor_correction::in_words(&sensing)
-        ));
-        self.tell(Kind::SensorCorrected { sensing });
-    }
-
     fn report_status(&mut self) {
         let counts = self.sensor.counts();
         let state = self.monitor.state();
@@ -438,17 +292,4 @@ impl Service {
         let t_s = self.last_attitude.map_or(0.0, |attitude| attitude.time_s);
         self.events.tell(SystemTime::now(), t_s, kind);
     }
-}
-
-fn read_in_a_thread(
-    source: Box<dyn Source>,
-    stop: &Arc<AtomicBool>,
-    pulse: &Pulse,
-) -> io::Result<Receiver<SourceMessage>> {
-    let (send, pieces) = mpsc::sync_channel(PIECES);
-    let (stop, pulse) = (Arc::clone(stop), pulse.clone());
-    thread::Builder::new()
-        .name("source".into())
-        .spawn(move || source::read(&*source, &stop, &pulse, &send))?;
-    Ok(pieces)
 }

@@ -1,0 +1,92 @@
+//! What the monitor wants done, and what comes of it: identifications and explanations.
+
+use std::time::SystemTime;
+
+use super::Service;
+use crate::{
+    event::Kind,
+    explainer::Explained,
+    monitor::Action,
+    saved_state::KnownMorphology,
+    sensor_correction,
+    worker::{Answer, Worker},
+};
+
+impl Service {
+    pub(super) fn act(&mut self, action: Action) {
+        let sensing = self.state.sensing.unwrap_or_default();
+        match action {
+            Action::Report(kind) => self.tell(kind),
+            Action::Identify(request) => {
+                let number = request.number;
+                if let Err(error) = Worker::identify(&self.worker, request, sensing) {
+                    let report = Err(error.into());
+                    self.answered(Answer { number, report });
+                }
+            }
+            Action::Explain(request) => {
+                if let Some(explainer) = &self.explainer
+                    && !explainer.explain(request, sensing)
+                {
+                    self.explainer = None;
+                    self.warn("explanations end: the thread that makes them has died");
+                }
+            }
+        }
+    }
+
+    pub(super) fn answered(&mut self, answer: Answer) {
+        let Answer { number, report } = answer;
+        match report {
+            Ok(report) if self.monitor.is_sound(number) => {
+                // Of a walk that no morphology explains nothing is worth keeping.
+                if !report.identification.implausible {
+                    let known = KnownMorphology::new(SystemTime::now(), &report.identification);
+                    self.state.last_known = Some(known);
+                    self.save();
+                }
+                let result = Box::new(report);
+                self.tell(Kind::Identified { result });
+                if let Some(next) = self.monitor.identified(number) {
+                    self.act(next);
+                }
+            }
+            report => {
+                self.monitor.unidentified(number);
+                let reason = match report {
+                    Ok(_) => "the sensor had a fault during this walk".to_string(),
+                    Err(error) => error.to_string(),
+                };
+                self.tell(Kind::Unidentified { reason });
+            }
+        }
+    }
+
+    pub(super) fn explained(&mut self, explained: Explained) {
+        let Explained {
+            number,
+            report,
+            corrected,
+        } = explained;
+        let report = match report {
+            _ if !self.monitor.is_sound(number) => {
+                return self.warn("explanation: the sensor had a fault during this walk");
+            }
+            Ok(report) => report,
+            Err(error) => return self.warn(&format!("explanation: {error}")),
+        };
+        let better = sensor_correction::known_better(corrected, &report.explanation);
+        let result = Box::new(report);
+        self.tell(Kind::Explained { result });
+        let Some(sensing) = better else {
+            return;
+        };
+        self.state.sensing = Some(sensing);
+        self.save();
+        self.messages.say(&format!(
+            "sensor corrected from now on: {}",
+            sensor_correction::in_words(&sensing)
+        ));
+        self.tell(Kind::SensorCorrected { sensing });
+    }
+}
