@@ -1,5 +1,5 @@
 use mlr_ga::{ExplainSettings, IdentifySettings, explain};
-use mlr_residual::walk::{Reported, TracingSettings, WalkExplanation};
+use mlr_residual::walk::{EvidenceSettings, Reported, WalkExplanation};
 
 use crate::{model::KNOWN, recording, truth::Truth};
 
@@ -8,7 +8,7 @@ fn explained(name: &str) -> WalkExplanation {
     assert!(recording.raw_beside_angles().is_some());
     let how = ExplainSettings {
         identify: &IdentifySettings::default(),
-        tracing: &TracingSettings::default(),
+        explanation: &EvidenceSettings::default(),
     };
     explain(&recording, KNOWN.with_atlas(), how, &())
         .unwrap()
@@ -57,4 +57,18 @@ fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
     assert_eq!(rivals, ["slope"]);
     let (before, after) = (explanation.error_before, explanation.error_after);
     assert!(after.validation_deg < 0.05 * before.validation_deg);
+}
+
+#[test]
+fn a_robot_that_lacks_nothing_has_no_effects() {
+    let explanation = explained("healthy");
+    let truths = Truth::all();
+    assert_eq!(truths["healthy"].effect, None);
+    assert!(
+        is_explained_by(&truths["healthy"], &explanation),
+        "{explanation:#?}"
+    );
+    assert!(!is_explained_by(&truths["undeclared-c"], &explanation));
+    let of = &explanation.effect_probability;
+    assert!(of["none"] > 0.8 && of["unknown"] < 0.1, "{of:?}");
 }

@@ -11,7 +11,7 @@
 
 use anyhow::Context;
 use mlr_ga::{
-    Columns, ExplainSettings, IdentifySettings, Model, TracingSettings, explain, read_log,
+    Columns, EvidenceSettings, ExplainSettings, IdentifySettings, Model, explain, read_log,
 };
 
 fn main() -> anyhow::Result<()> {
@@ -19,7 +19,7 @@ fn main() -> anyhow::Result<()> {
     let recording = read_log(log, &Columns::default())?;
     let settings = ExplainSettings {
         identify: &IdentifySettings::default(),
-        tracing: &TracingSettings::default(),
+        explanation: &EvidenceSettings::default(),
     };
     let found = explain(&recording, Model::jethexa(), settings, &())?.explanation;
     println!("{}: {}", found.morphology, found.morphology.describe());

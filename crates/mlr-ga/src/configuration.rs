@@ -5,7 +5,7 @@ use std::thread;
 use mlr_filter::SettingError;
 use mlr_imu::{FullScale, Mounting};
 use mlr_model::located;
-use mlr_residual::walk::TracingSettings;
+use mlr_residual::walk::EvidenceSettings;
 use serde::{
     Deserialize, Serialize,
     de::{DeserializeOwned, IgnoredAny},
@@ -40,7 +40,7 @@ pub struct Configuration {
     /// Detection and identification.
     pub identification: IdentifySettings,
     /// Explanation.
-    pub tracing: TracingSettings,
+    pub explanation: EvidenceSettings,
 }
 
 /// What is wrong with a configuration file.
@@ -106,7 +106,7 @@ impl Configuration {
         for (section, checked) in [
             ("mounting", self.mounting.check()),
             ("identification", self.identification.check()),
-            ("tracing", self.tracing.check()),
+            ("explanation", self.explanation.check()),
         ] {
             checked.map_err(|error| error.under(section))?;
         }
@@ -170,13 +170,13 @@ macro_rules! sections {
             full_scale: FullScale,
             mounting: Mounting,
             identification: IdentifySettings,
-            tracing: TracingSettings,
+            explanation: EvidenceSettings,
             $($daemons: IgnoredAny,)+
         }
 
         impl Sections {
             const KEYS: &[&str] = &[
-                "full_scale", "mounting", "identification", "tracing",
+                "full_scale", "mounting", "identification", "explanation",
                 $(stringify!($daemons)),+
             ];
         }
@@ -207,14 +207,14 @@ impl From<Sections> for Configuration {
             full_scale,
             mounting,
             identification,
-            tracing,
+            explanation,
             ..
         } = sections;
         Self {
             full_scale,
             mounting,
             identification,
-            tracing,
+            explanation,
         }
     }
 }
@@ -230,11 +230,11 @@ mod tests {
     #[test]
     fn the_sections_of_the_daemons_file_are_read_and_its_own_keys_skipped() {
         let text = "port = '/dev/ttyTHS1'\nbaud = 460800\n[record]\ndir = '/var/lib'\n\
-                    [mounting]\nyaw_deg = 90.0\n[tracing]\nmost_effects = 1\n\
+                    [mounting]\nyaw_deg = 90.0\n[explanation.effort]\nmost_effects = 1\n\
                     [full_scale]\ngyroscope = 'dps500'\n[identification.detector]\nstep_s = 0.05";
         let read = Configuration::from_toml(text).unwrap();
         assert_eq!(read.mounting.yaw_deg, 90.0);
-        assert_eq!(read.tracing.most_effects, 1);
+        assert_eq!(read.explanation.effort.most_effects, 1);
         assert_eq!(read.identification.detector.step_s, 0.05);
         assert_ne!(read.full_scale, FullScale::default());
     }
@@ -289,8 +289,8 @@ mod tests {
             "line 3: mounting.yaw_deg: NaN",
         );
         starts(
-            "[tracing]\nleast_gain = -1",
-            "line 2: tracing.least_gain: -1",
+            "[explanation.prior]\nany = -1",
+            "line 2: explanation.prior.any: -1",
         );
     }
 }

@@ -63,7 +63,9 @@ pub use configuration::{
 pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
-pub use explain::{ExplainError, ExplainSettings, Explained, ExplanationReport, explain};
+pub use explain::{
+    ExplainError, ExplainSettings, Explained, ExplanationReport, explain, walk_record,
+};
 pub use identify::{
     Alternative, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,
     IdentificationReport, IdentifySettings, MeasuredWalk, Method, Search, Stretch, WalkOffsets,
@@ -76,4 +78,4 @@ pub use paper_cost::{PaperCost, PaperFit};
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};
 pub use mlr_model::{Gait, Morphology, Robot};
-pub use mlr_residual::walk::TracingSettings;
+pub use mlr_residual::walk::EvidenceSettings;

@@ -219,7 +219,10 @@ fn settings_out_of_range() {
             "genetic.islands: 1000000000",
         ),
         ("[motion]\n\nwindow_s = nan", "line 3: motion.window_s: NaN"),
-        ("[tracing]\nleast_gain = inf", "tracing.least_gain: inf"),
+        (
+            "[explanation.nuisance]\nclock = inf",
+            "explanation.nuisance.clock: inf",
+        ),
         ("[mounting]\nyaw_deg = nan", "mounting.yaw_deg: NaN"),
         (
             "[[identification.simulation.faults]]\nkind = 'weak_leg'\nleg = 9\ngain = 0.5",
@@ -373,11 +376,14 @@ fn the_daemons_file_is_a_configuration() {
         );
     }
     let text = fs::read_to_string(shipped).unwrap();
-    let misspelt = folder.write("mlrd.toml", text.replace("[tracing]", "[tracking]"));
+    let misspelt = folder.write(
+        "mlrd.toml",
+        text.replace("[explanation.prior]", "[explaining.prior]"),
+    );
     folder.fails(
         &["detect", &log, "--config", &misspelt],
         BAD_INPUT,
-        &["mlrd.toml", "`tracking`", "`tracing`", "line"],
+        &["mlrd.toml", "`explaining`", "`explanation`", "line"],
     );
     let strict = format!("{text}\n[identification.motion]\nresponse_s = -1.0\n");
     let strict = folder.write("strict.toml", strict);
@@ -554,10 +560,10 @@ fn what_cannot_be_explained() {
         &["report.json", "not overwritten"],
     );
     assert_eq!(fs::read_to_string(&report).unwrap(), "precious");
-    let tracing = folder.write("tracing.toml", "most_efects = 2");
+    let explanation = folder.write("explanation.toml", "most_efects = 2");
     folder.fails(
-        &["explain", &log, "--tracing", &tracing],
+        &["explain", &log, "--explanation", &explanation],
         BAD_INPUT,
-        &["tracing.toml", "most_efects", "line 1"],
+        &["explanation.toml", "most_efects", "line 1"],
     );
 }

@@ -127,7 +127,7 @@ fn files_without_an_end() {
             );
         }
         refused(
-            &["explain", &log, "--tracing", device],
+            &["explain", &log, "--explanation", device],
             &[device, "is larger than"],
         );
         refused(&["identify", device], &[device, "line 1"]);

@@ -94,15 +94,22 @@ const MAY_BE_ZERO: &[&str] = &[
     "identification.simulation.payload.mass_kg",
     "identification.simulation.faults[0].mu",
     "identification.simulation.faults[4].length_lost_m",
-    // Robots do not differ by this; effects cost nothing; nothing may be left.
-    "tracing.comparison.usual",
-    "tracing.least_gain",
-    "tracing.price_per_parameter",
-    "tracing.wild_price",
-    "tracing.rival_gain",
-    "tracing.switch_gain",
-    "tracing.most_effects",
-    "tracing.remainder",
+    // Robots do not differ by this; a part of the error is not there; nothing is tried.
+    "explanation.nuisance",
+    "explanation.discrepancy.turning",
+    "explanation.discrepancy.tilt.harmonic_decay",
+    "explanation.discrepancy.tilt.white.swing_share",
+    "explanation.discrepancy.tilt.white.spread_share",
+    "explanation.discrepancy.tilt.constant.",
+    "explanation.discrepancy.tilt.periodic.",
+    "explanation.discrepancy.tilt.irregular.",
+    "explanation.discrepancy.yaw.harmonic_decay",
+    "explanation.discrepancy.yaw.white.swing_share",
+    "explanation.discrepancy.yaw.white.spread_share",
+    "explanation.discrepancy.yaw.constant.",
+    "explanation.discrepancy.yaw.periodic.",
+    "explanation.discrepancy.yaw.irregular.",
+    "explanation.effort",
 ];
 
 /// Keys for which a negative number is sensible: directions, places and log times.

@@ -26,15 +26,17 @@
 //!
 //! The model of a walking robot is its simulation on a described body with a sensor on it
 //! ([`walk::WalkModel`]). [`walk::explain_walk()`] compares it with the roll, pitch and yaw of
-//! a recorded walk in the same way: effects of the body, its ground and its sensor
-//! ([`walk_effects`]) are fitted on one half of the walk and judged on the other, beside what
-//! robots usually differ by ([`walk::UsualDifferences`]).
+//! a recorded walk, and gives the probability of each effect of the body, its ground and its sensor
+//! ([`walk_effects`]): by the evidence of hypotheses, the parameters that robots of one make
+//! differ by ([`walk::NuisanceSettings`]) integrated out, and with what the physics engine
+//! gets wrong of the right robot ([`walk::Discrepancy`]).
 
 mod baselines;
 mod error;
 mod fit;
 mod fitted_model;
 mod parameter;
+mod posterior;
 mod prior;
 mod progress;
 mod report;
@@ -48,6 +50,7 @@ pub mod walk_effects;
 
 pub use error::SensorError;
 pub use parameter::Parameter;
+pub use posterior::Posterior;
 pub use prior::Prior;
 pub use progress::Progress;
 pub use report::{Baseline, Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};

@@ -38,6 +38,18 @@ impl Prior {
         let z = standardised(value);
         ln_truncated_normal(z, standardised(lower), standardised(upper)) - deviation.ln()
     }
+
+    /// Natural logarithm of the probability of a value between these bounds: negative infinity
+    /// where there is none.
+    pub fn ln_mass_within(&self, lower: f64, upper: f64) -> f64 {
+        let Self::Normal { mean, .. } = *self;
+        let inside = mean.max(lower).min(upper);
+        let within = self.ln_density_within(inside, lower, upper);
+        if within == f64::NEG_INFINITY {
+            return within;
+        }
+        self.ln_density(inside) - within
+    }
 }
 
 /// Log density at `z` of the standard normal distribution between two bounds `a < b`.
@@ -112,6 +124,21 @@ mod tests {
         let unbounded = [f64::NEG_INFINITY, f64::INFINITY];
         let half = integral(PRIOR, unbounded, 0.7, 10.0);
         assert!((half - 0.5).abs() < 1e-6, "{half}");
+    }
+
+    #[test]
+    fn the_mass_between_bounds_is_the_integral_of_the_density() {
+        let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
+        for [lower, upper] in [[0.5, 0.8], [0.7, 10.0], [-10.0, 0.4], [1.0, 1.5]] {
+            let mass = PRIOR.ln_mass_within(lower, upper).exp();
+            let expected = integral(PRIOR, everywhere, lower, upper);
+            assert!((mass - expected).abs() < 1e-9, "[{lower}, {upper}]: {mass}");
+        }
+        assert_eq!(PRIOR.ln_mass_within(everywhere[0], everywhere[1]), 0.0);
+        assert_eq!(PRIOR.ln_mass_within(0.8, 0.5), f64::NEG_INFINITY);
+        // 40 deviations out, where the mass itself underflows.
+        let far = PRIOR.ln_mass_within(8.7, f64::INFINITY);
+        assert!((far + 804.608).abs() < 1e-3, "{far}");
     }
 
     #[test]

@@ -1,18 +1,12 @@
 //! Walks of the model itself with an effect that the model is not told of.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use mlr_filter::{Axes, OrientationSeries};
 use mlr_model::{
     Fault, Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator, Trajectory,
 };
-use mlr_residual::{
-    Progress,
-    walk::{
-        MorphologySearch, Reported, Suspect, TracingSettings, WalkExplanation, WalkModel,
-        WalkRecord, explain_walk,
-    },
+use mlr_residual::walk::{
+    EvidenceSettings, Reported, Suspect, WalkExplanation, WalkModel, WalkRecord, explain_walk,
 };
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -46,72 +40,65 @@ fn recorded(faults: Vec<Fault>) -> OrientationSeries {
     OrientationSeries::new(orientation.times_s().to_vec(), angles_rad).unwrap()
 }
 
-/// Nobody names other morphologies, and all are as likely.
-struct NoSearch;
-
-impl MorphologySearch for NoSearch {
-    fn with_effects(&self, _: &WalkModel) -> Vec<Suspect> {
-        Vec::new()
-    }
-
-    fn ln_prior(&self, _: &Morphology) -> f64 {
-        0.0
-    }
+/// The explanation of a record of a robot that is suspected to have this morphology; any other is as
+/// likely.
+fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation {
+    let suspect = Suspect {
+        morphology,
+        ln_prior: 0.0,
+    };
+    let model = WalkModel::nominal(
+        Robot::jethexa(),
+        Gait::tripod(),
+        SimulationSettings::default(),
+    );
+    let mut settings = EvidenceSettings::default();
+    settings.effort.most_effects = 1;
+    let found = explain_walk(record, &model, &[suspect], &|_| 0.0, &settings, &());
+    found.unwrap()
 }
 
 fn explained(faults: Vec<Fault>) -> WalkExplanation {
-    explained_in_steps(faults).0
-}
-
-/// The same, and how many steps that took.
-fn explained_in_steps(faults: Vec<Fault>) -> (WalkExplanation, usize) {
     let record = WalkRecord::new(&recorded(faults), 0.0, false, 0.0, None).unwrap();
-    explained_record(&record)
+    explained_as(&record, healthy())
 }
 
-/// The first effect that a healthy robot with this record has, and the steps to it.
-fn explained_record(record: &WalkRecord) -> (WalkExplanation, usize) {
-    let robot = Robot::jethexa();
-    let healthy = Suspect {
-        morphology: Morphology::healthy(&robot.layout()),
-        ln_prior: 0.0,
-    };
-    let model = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
-    let settings = TracingSettings {
-        most_effects: 1,
-        ..TracingSettings::default()
-    };
-    let steps = Steps::default();
-    let found = explain_walk(record, &model, &[healthy], &NoSearch, &settings, &steps);
-    (found.unwrap(), steps.0.into_inner())
+fn healthy() -> Morphology {
+    Morphology::healthy(&Robot::jethexa().layout())
 }
 
-/// A look at every effect takes more steps than this.
-const STEPS_OF_A_ROUND: usize = 150;
-
-/// Counts steps.
-#[derive(Default)]
-struct Steps(AtomicUsize);
-
-impl Progress for Steps {
-    fn expect_more(&self, _: usize) {}
-
-    fn advance(&self) {
-        self.0.fetch_add(1, Ordering::Relaxed);
+/// The probabilities are some, `none` and `unknown` among them, and an effect has its kind's.
+fn expect_probabilities(found: &WalkExplanation) {
+    let of = &found.effect_probability;
+    assert!(
+        of.values().all(|p| (0.0..=1.0 + 1e-9).contains(p)),
+        "{of:?}"
+    );
+    assert!(of.values().sum::<f64>() > 1.0 - 1e-9, "{of:?}");
+    assert!(
+        of.contains_key("none") && of.contains_key("unknown"),
+        "{of:?}"
+    );
+    for effect in &found.effects {
+        assert!((effect.probability - of[&effect.kind]).abs() < 1e-9);
     }
 }
 
 #[test]
 fn where_the_model_lacks_nothing_nothing_is_added() {
-    let (found, steps) = explained_in_steps(Vec::new());
-    assert!(steps > STEPS_OF_A_ROUND, "{steps}");
+    let found = explained(Vec::new());
+    expect_probabilities(&found);
     assert_eq!(found.effects, [], "{:?}", found.effects);
+    assert!(
+        found.effect_probability["none"] > 0.8,
+        "{:?}",
+        found.effect_probability
+    );
     assert!(!found.unexplained, "{:?}", found.residual);
     assert!(found.error_after.validation_deg < 0.1);
     assert!(found.damaged_legs.is_empty());
     // Nothing is out of the ordinary.
-    let usual = found.usual_differences.values();
-    assert!(usual.into_iter().all(|size| size.abs() < 1.5));
+    assert!(found.nuisance.values().all(|z_score| z_score.abs() < 1.5));
 }
 
 #[test]
@@ -133,7 +120,8 @@ fn a_short_link_is_found_on_its_leg_with_its_length() {
     assert!((lost_m - 0.02).abs() < 0.002, "{lost_m}");
     let [low, high] = effect.interval_95["length_lost_m"];
     assert!(low < lost_m && lost_m < high, "{low} {high}");
-    assert!(effect.gain.iter().all(|gain| *gain > effect.price));
+    expect_probabilities(&found);
+    assert!(effect.probability > 0.9, "{:?}", found.effect_probability);
     assert!(found.error_after.validation_deg < 0.2 * found.error_calibrated.validation_deg);
 }
 
@@ -141,20 +129,9 @@ fn a_short_link_is_found_on_its_leg_with_its_length() {
 fn a_leg_that_gives_way_is_told_from_a_lost_one() {
     let weak = recorded(vec![Fault::WeakLeg { leg: 3, gain: 0.15 }]);
     let record = WalkRecord::new(&weak, 0.0, false, 0.0, None).unwrap();
-    let robot = Robot::jethexa();
-    let healthy = Morphology::healthy(&robot.layout());
     // As an identification that knows of lost legs only would have it.
-    let lost = Suspect {
-        morphology: healthy.clone().without_leg(2),
-        ln_prior: 0.0,
-    };
-    let model = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
-    let settings = TracingSettings {
-        most_effects: 1,
-        ..TracingSettings::default()
-    };
-    let found = explain_walk(&record, &model, &[lost], &NoSearch, &settings, &()).unwrap();
-    assert_eq!(found.morphology, healthy);
+    let found = explained_as(&record, healthy().without_leg(2));
+    assert_eq!(found.morphology, healthy());
     let [effect] = &found.effects[..] else {
         panic!("{:?}", found.effects);
     };
@@ -167,7 +144,7 @@ fn a_leg_that_gives_way_is_told_from_a_lost_one() {
 }
 
 #[test]
-fn no_effect_is_tried_before_a_bias_that_nobody_could_overlook() {
+fn a_bias_that_shows_at_rest_is_found_by_its_axis() {
     const BIAS_DPS: f64 = 2.5;
     let fine = recorded(Vec::new());
     let mut angles_rad = fine.angles_rad().clone();
@@ -177,8 +154,7 @@ fn no_effect_is_tried_before_a_bias_that_nobody_could_overlook() {
     let biased = OrientationSeries::new(fine.times_s().to_vec(), angles_rad).unwrap();
     let rest_dps = Some([0.0, 0.0, BIAS_DPS]);
     let record = WalkRecord::new(&biased, 0.0, false, 0.0, rest_dps).unwrap();
-    let (found, steps) = explained_record(&record.dead_reckoned());
-    assert!(steps < STEPS_OF_A_ROUND, "{steps}");
+    let found = explained_as(&record.dead_reckoned(), healthy());
     let [effect] = &found.effects[..] else {
         panic!("{:?}", found.effects);
     };

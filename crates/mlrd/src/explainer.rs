@@ -10,7 +10,7 @@ use std::{
 };
 
 use mlr_ga::{ExplainError, ExplainSettings, ExplanationReport, IdentifySettings, explain};
-use mlr_residual::walk::{Sensing, TracingSettings};
+use mlr_residual::walk::{EvidenceSettings, Sensing};
 
 use crate::{
     monitor::{Request, RequestNumber},
@@ -39,7 +39,7 @@ pub struct Explainer {
 struct Bench {
     pool: rayon::ThreadPool,
     known: Arc<RobotModel>,
-    tracing: TracingSettings,
+    explanation: EvidenceSettings,
 }
 
 impl Explainer {
@@ -49,7 +49,7 @@ impl Explainer {
     /// When no thread is to be had.
     pub fn new(
         known: Arc<RobotModel>,
-        tracing: TracingSettings,
+        explanation: EvidenceSettings,
         messages: Messages,
         done: Sender<Explained>,
     ) -> anyhow::Result<Self> {
@@ -66,7 +66,7 @@ impl Explainer {
                 })
                 .build()?,
             known,
-            tracing,
+            explanation,
         };
         let (requests, to_explain) = mpsc::channel();
         thread::Builder::new()
@@ -113,7 +113,7 @@ impl Bench {
         };
         let settings = ExplainSettings {
             identify: &identify,
-            tracing: &self.tracing,
+            explanation: &self.explanation,
         };
         let explained = explain(
             &request.recording.clone().into(),
@@ -136,7 +136,7 @@ pub(crate) mod tests {
     use std::{collections::BTreeMap, time::Duration};
 
     use mlr_residual::walk::{
-        AxisResidual, ByAxis, RemainingResidual, Reported, StretchErrors, TracedEffect,
+        AxisResidual, ByAxis, RemainingResidual, Reported, StretchErrors, StretchesS, TracedEffect,
         WalkExplanation,
     };
 
@@ -190,7 +190,9 @@ pub(crate) mod tests {
             error_calibrated: ERRORS,
             error_after: ERRORS,
             noise_floor_deg: 0.4,
-            usual_differences: BTreeMap::new(),
+            effect_probability: [("none".into(), 0.9), ("unknown".into(), 0.02)].into(),
+            alternatives: Vec::new(),
+            nuisance: BTreeMap::new(),
             candidates: Vec::new(),
             residual: RemainingResidual {
                 axis: "roll",
@@ -204,7 +206,10 @@ pub(crate) mod tests {
             },
             residual_before: by_axis(),
             residual_after: by_axis(),
-            stretch_s: 5.0,
+            stretches_s: StretchesS {
+                fit: [1.0, 7.0],
+                validation: [7.0, 10.0],
+            },
             warnings: Vec::new(),
         }
     }
@@ -220,10 +225,7 @@ pub(crate) mod tests {
                 at_bound: Vec::new(),
                 undetermined: Vec::new(),
                 explains: "what the sensor adds to the walk".into(),
-                gain: [20.0, 20.0],
-                price: 8.0,
-                chance: 0.001,
-                error: ERRORS,
+                probability: 0.95,
                 rivals: Vec::new(),
             }],
             ..nothing_unusual()
@@ -254,8 +256,8 @@ pub(crate) mod tests {
         let known = RobotModel::new(&Settings::default(), "imu".into()).unwrap();
         let (send, answers) = mpsc::channel();
         let messages = Messages::to_stderr().unwrap();
-        let tracing = TracingSettings::default();
-        let explainer = Explainer::new(Arc::new(known), tracing, messages, send).unwrap();
+        let explanation = EvidenceSettings::default();
+        let explainer = Explainer::new(Arc::new(known), explanation, messages, send).unwrap();
         let times_s: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.005).collect();
         // A robot at rest, with a little noise.
         let still: Vec<f64> = (0..1000)

@@ -12,7 +12,7 @@ use mlr_ga::{
 };
 use mlr_imu::{FullScale, MAX_TEXT_BYTES, Mounting, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
-use mlr_residual::walk::TracingSettings;
+use mlr_residual::walk::EvidenceSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::source::{I2cBus, SerialLine, Source};
@@ -64,7 +64,7 @@ pub struct Settings {
     /// Detection and identification.
     pub identification: IdentifySettings,
     /// Explanation.
-    pub tracing: TracingSettings,
+    pub explanation: EvidenceSettings,
 }
 
 /// Recording of what the sensor says.
@@ -136,7 +136,7 @@ impl Default for Settings {
             full_scale: FullScale::default(),
             mounting: Mounting::default(),
             identification: IdentifySettings::default(),
-            tracing: TracingSettings::default(),
+            explanation: EvidenceSettings::default(),
         }
     }
 }
@@ -213,7 +213,7 @@ impl Settings {
             full_scale: self.full_scale,
             mounting: self.mounting,
             identification: self.identification.clone(),
-            tracing: self.tracing.clone(),
+            explanation: self.explanation.clone(),
         }
     }
 
@@ -293,7 +293,7 @@ mod tests {
             "[mounting]\nyaw = 3.0",
             "[record]\nsize = 1",
             "[identification.detector]\ntreshold_deg = 5.0",
-            "[tracing]\nmost_effect = 1",
+            "[explanation]\nmost_effect = 1",
         ] {
             let key = text.rsplit('\n').next().unwrap().split(' ').next().unwrap();
             let error = Settings::from_toml(text).unwrap_err().to_string();
@@ -381,7 +381,7 @@ mod tests {
             ..Settings::default()
         };
         let all = toml::Table::try_from(complete).unwrap();
-        assert!(all.contains_key("gait") && all.contains_key("tracing"));
+        assert!(all.contains_key("gait") && all.contains_key("explanation"));
         for (key, value) in all {
             let alone = toml::Table::from_iter([(key, value)]).to_string();
             Configuration::from_toml(&alone).unwrap();

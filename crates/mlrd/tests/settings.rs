@@ -7,7 +7,7 @@ use mlrd::Settings;
 use toml::{Table, Value};
 
 /// Sections that the command line shares.
-const SHARED: [&str; 4] = ["full_scale", "identification", "mounting", "tracing"];
+const SHARED: [&str; 4] = ["full_scale", "identification", "mounting", "explanation"];
 
 /// The daemon's own numbers, as key and section.
 fn own_numbers() -> Vec<(Option<&'static str>, String, bool)> {

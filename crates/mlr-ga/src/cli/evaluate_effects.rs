@@ -1,26 +1,33 @@
 //! `mlr-ga evaluate-effects`: explanations against the truth.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
+use anyhow::Context;
 use clap::Args;
 use mlr_ga::{
     ExplainSettings, IdentifySettings, Model, WalkStart, explain,
     scoring::{
-        EffectsScore, EffectsTotal, EffectsTruth, KindsVerdict, Visibility, in_words,
-        read_effects_truths,
+        EffectsScore, EffectsTotal, EffectsTruth, Origin, UnansweredLog, read_effects_truths,
     },
 };
 use mlr_imu::{Columns, read_log};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use super::{
+    effects_tables::tables,
     model_files,
     progress::Bar,
-    scored::{EvaluationOptions, Scored},
+    resume::{LogIdentity, ResumeFile, RunIdentity, checksum, checksum_of_file},
+    scored::EvaluationOptions,
+    side_by_side::side_by_side,
 };
 
 /// Version of the JSON output.
-const SCHEMA: &str = "mlr.effects-evaluation/1";
+const SCHEMA: &str = "mlr.effects-evaluation/2";
 
 #[derive(Debug, Args)]
 pub(super) struct EvaluateEffectsOptions {
@@ -32,177 +39,247 @@ pub(super) struct EvaluateEffectsOptions {
     /// Tell when each walk was commanded, as `explain --start-s` does: delays show only then.
     #[arg(long)]
     start_told: bool,
-    /// All settings of the tracing, in TOML.
+    /// All settings of the explanation, in TOML.
     #[arg(long, value_name = "FILE")]
-    tracing: Option<PathBuf>,
+    explanation: Option<PathBuf>,
+    /// Keep the result of each finished log in this file (JSON lines), and take from it what an
+    /// earlier run of the same program with the same settings finished.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
 }
 
+/// What became of the logs.
 #[derive(Serialize)]
-struct Report {
+pub(super) struct Report {
     schema: &'static str,
-    #[serde(flatten)]
-    scored: Scored<EffectsScore>,
-    total: EffectsTotal,
+    pub(super) logs: Vec<EffectsScore>,
+    pub(super) unanswered: Vec<UnansweredLog>,
+    /// Logs of each origin apart.
+    pub(super) totals: Vec<EffectsTotal>,
+}
+
+/// What became of one log.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Outcome {
+    Scored(Box<EffectsScore>),
+    Unanswered(UnansweredLog),
+}
+
+/// An outcome as it is kept, with the whole explanation for whoever wants to know more.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Kept {
+    outcome: Outcome,
+    explanation: Value,
+}
+
+/// A log that is to be explained.
+struct Job {
+    directory: PathBuf,
+    truth: EffectsTruth,
 }
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
     let identify = options.of.search.over(IdentifySettings::default());
-    let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or_default();
+    let explanation = model_files::explanation(options.explanation.as_deref())?.unwrap_or_default();
     let (robot, gait) = options.of.model.read()?;
     let atlas = options.of.atlas.open(&robot, &gait, &identify)?;
     let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let how = ExplainSettings {
         identify: &identify,
-        tracing: &tracing,
+        explanation: &explanation,
     };
-    let mut truths = Vec::new();
-    for directory in &options.of.directories {
-        truths.extend(read_effects_truths(directory, &robot.layout())?);
-    }
-    if let Some(text) = &options.only {
-        truths.retain(|truth| truth.log.name.contains(text));
-    }
-    let bar = Bar::of_logs(truths.len());
-    let score = |truth: &EffectsTruth| {
-        let identify = IdentifySettings {
-            walk_start: match truth.motion_start_s {
-                Some(start_s) if options.start_told => WalkStart::CommandedAtS(start_s),
-                _ => WalkStart::FoundInRecording,
-            },
-            ..identify.clone()
-        };
-        let how = ExplainSettings {
-            identify: &identify,
-            ..how
-        };
-        score(truth, model, how)
-    };
-    let scored = Scored::all(&truths, |truth| &truth.log.name, &bar, score);
+    let jobs = jobs(options, model)?;
+    let resume = options
+        .resume
+        .as_deref()
+        .map(|path| ResumeFile::open(path, &run_identity(options, model, how)?))
+        .transpose()?;
+    let (done, open) = split(&jobs, resume.as_ref())?;
+    let bar = Bar::of_logs(open.len());
+    let outcomes = side_by_side(&open, |(index, identity)| {
+        let job = &jobs[*index];
+        let kept = outcome(&job.truth, model, how, options.start_told)?;
+        if let (Some(resume), Some(identity)) = (&resume, identity) {
+            resume.append(identity, &kept)?;
+        }
+        bar.next_log();
+        Ok((*index, kept.outcome))
+    });
     bar.clear();
-    let report = Report {
-        schema: SCHEMA,
-        total: EffectsTotal::new(&scored.logs),
-        scored,
-    };
-    options.of.print(&report, Report::tables)
+    let mut outcomes: Vec<(usize, Outcome)> = outcomes?.into_iter().chain(done).collect();
+    outcomes.sort_by_key(|(index, _)| *index);
+    let outcomes = outcomes.into_iter().map(|(index, outcome)| {
+        let several = (options.of.directories.len() > 1).then(|| jobs[index].directory.as_path());
+        outcome.named(several)
+    });
+    options.of.print(&Report::new(outcomes), tables)
 }
 
-fn score(
+/// The logs of all directories.
+fn jobs(options: &EvaluateEffectsOptions, model: Model<'_>) -> anyhow::Result<Vec<Job>> {
+    let mut jobs = Vec::new();
+    for directory in &options.of.directories {
+        let truths = read_effects_truths(directory, &model.robot.layout())?;
+        jobs.extend(truths.into_iter().map(|truth| Job {
+            directory: directory.clone(),
+            truth,
+        }));
+    }
+    if let Some(text) = &options.only {
+        jobs.retain(|job| job.truth.log.name.contains(text));
+    }
+    Ok(jobs)
+}
+
+/// Everything that results depend on beside the logs.
+fn run_identity(
+    options: &EvaluateEffectsOptions,
+    model: Model<'_>,
+    how: ExplainSettings<'_>,
+) -> anyhow::Result<RunIdentity> {
+    let atlas = match options.of.atlas.path() {
+        Some(path) => Some(checksum_of_file(path).with_context(|| path.display().to_string())?),
+        None => None,
+    };
+    Ok(RunIdentity::new(json!({
+        "start_told": options.start_told,
+        // Not among the settings, because it comes with each call.
+        "seed": how.identify.seed,
+        "identification": how.identify,
+        "explanation": how.explanation,
+        "robot": checksum(&format!("{:?}", model.robot)),
+        "gait": checksum(&format!("{:?}", model.gait)),
+        "atlas": atlas,
+    })))
+}
+
+impl Job {
+    /// `None` where the log cannot be read: it is left to the explanation to say so.
+    fn identity(&self) -> Option<LogIdentity> {
+        let EffectsTruth {
+            log,
+            locked,
+            effects,
+            motion_start_s,
+            trace,
+            origin,
+        } = &self.truth;
+        let of_log = checksum_of_file(&log.log).ok()?;
+        let known = format!(
+            "{:?}",
+            (
+                &log.morphology,
+                locked,
+                effects,
+                motion_start_s,
+                trace,
+                origin
+            )
+        );
+        Some(LogIdentity {
+            directory: self.directory.clone(),
+            log: log.name.clone(),
+            checksum: checksum(&format!("{of_log} {known}")),
+        })
+    }
+}
+
+type Done = Vec<(usize, Outcome)>;
+type Open = Vec<(usize, Option<LogIdentity>)>;
+
+/// The outcomes that are known from an earlier run, and the logs that are to be run; both by the
+/// index of the job.
+fn split(jobs: &[Job], resume: Option<&ResumeFile<Kept>>) -> anyhow::Result<(Done, Open)> {
+    let (mut done, mut open) = (Vec::new(), Vec::new());
+    for (index, job) in jobs.iter().enumerate() {
+        let identity = resume.and_then(|_| job.identity());
+        let known = match (resume, &identity) {
+            (Some(resume), Some(identity)) => resume.result(identity)?,
+            _ => None,
+        };
+        match known {
+            Some(kept) => done.push((index, kept.outcome.clone())),
+            None => open.push((index, identity)),
+        }
+    }
+    Ok((done, open))
+}
+
+fn outcome(
     truth: &EffectsTruth,
     model: Model<'_>,
     how: ExplainSettings<'_>,
-) -> anyhow::Result<EffectsScore> {
+    start_told: bool,
+) -> anyhow::Result<Kept> {
+    let identify = IdentifySettings {
+        walk_start: match truth.motion_start_s {
+            Some(start_s) if start_told => WalkStart::CommandedAtS(start_s),
+            _ => WalkStart::FoundInRecording,
+        },
+        ..how.identify.clone()
+    };
+    let how = ExplainSettings {
+        identify: &identify,
+        ..how
+    };
     let started = Instant::now();
-    let recording = read_log(&truth.log.log, &Columns::default())?;
-    let explained = explain(&recording, model, how, &())?;
-    let elapsed_s = started.elapsed().as_secs_f64();
-    Ok(EffectsScore::new(truth, &explained.explanation, elapsed_s))
+    let answer = || {
+        let recording = read_log(&truth.log.log, &Columns::default())?;
+        Ok::<_, anyhow::Error>(explain(&recording, model, how, &())?.explanation)
+    };
+    Ok(match answer() {
+        Ok(explanation) => {
+            let elapsed_s = started.elapsed().as_secs_f64();
+            let score = EffectsScore::new(truth, &explanation, start_told, elapsed_s);
+            Kept {
+                outcome: Outcome::Scored(Box::new(score)),
+                explanation: serde_json::to_value(&explanation)?,
+            }
+        }
+        // One log without an answer does not keep the others from theirs.
+        Err(error) => Kept {
+            outcome: Outcome::Unanswered(UnansweredLog::new(
+                truth,
+                start_told,
+                format!("{error:#}"),
+            )),
+            explanation: Value::Null,
+        },
+    })
 }
 
-impl Report {
-    /// Markdown: reads well as it is, and in a document.
-    fn tables(&self) -> String {
-        let mut text =
-            "| log | undeclared | visible | found | verdict | fitted [°] | unseen [°] | \
-                        legs | unexplained |\n|:--|:--|:--|:--|:--|:--|:--|:--|:--|\n"
-                .to_string();
-        for score in &self.scored.logs {
-            text += &row(score);
+impl Outcome {
+    /// Puts the directory before the log's name, where logs of several may have one name.
+    fn named(mut self, directory: Option<&Path>) -> Self {
+        let log = match &mut self {
+            Self::Scored(score) => &mut score.log,
+            Self::Unanswered(log) => &mut log.log,
+        };
+        if let Some(folder) = directory.and_then(Path::file_name) {
+            *log = format!("{}/{log}", folder.display());
         }
-        text + &self.scored.unanswered_rows() + "\n" + &total_text(&self.total)
+        self
     }
 }
 
-fn row(score: &EffectsScore) -> String {
-    let or_none = |words: Vec<String>| match words.is_empty() {
-        true => "none".to_string(),
-        false => words.join("; "),
-    };
-    let truth = score.truth.iter().map(|effect| effect.in_words()).collect();
-    let found = score.found.iter().map(|effect| {
-        let mut words = format!("{} {}", effect.kind, in_words(&effect.parameters));
-        let mut rivals: Vec<&str> = effect.rivals.iter().map(|r| r.kind.as_str()).collect();
-        rivals.dedup();
-        if !rivals.is_empty() {
-            words += &format!(" (or {})", rivals.join(", "));
+impl Report {
+    fn new(outcomes: impl Iterator<Item = Outcome>) -> Self {
+        let (mut logs, mut unanswered) = (Vec::new(), Vec::new());
+        for outcome in outcomes {
+            match outcome {
+                Outcome::Scored(score) => logs.push(*score),
+                Outcome::Unanswered(log) => unanswered.push(log),
+            }
         }
-        words
-    });
-    let yes = |value: bool| if value { "yes" } else { "no" };
-    let arrow = |pick: fn(&mlr_residual::walk::StretchErrors) -> f64| {
-        format!(
-            "{:.2} → {:.2} → {:.2}",
-            pick(&score.error_before),
-            pick(&score.error_calibrated),
-            pick(&score.error_after)
-        )
-    };
-    let legs = match (score.legs_right_before, score.legs_right) {
-        (true, true) => "right",
-        (false, true) => "WRONG → right",
-        (true, false) => "right → WRONG",
-        (false, false) => "WRONG",
-    };
-    format!(
-        "| {} | {} | {} | {} | {} | {} | {} | {legs} | {} |\n",
-        score.log,
-        or_none(truth),
-        match score.visibility {
-            Visibility::Unknown => "?",
-            Visibility::Hidden => "no",
-            Visibility::WithinSpread => "within spread",
-            Visibility::StandsOut => "yes",
-        },
-        or_none(found.collect()),
-        match score.verdict {
-            KindsVerdict::Right => "right",
-            KindsVerdict::Rival => "as a rival",
-            KindsVerdict::Missed => "missed",
-            KindsVerdict::Wrong => "WRONG",
-            KindsVerdict::Partly => "partly",
-            KindsVerdict::Unexplained => "unexplained",
-        },
-        arrow(|error| error.fit_deg),
-        arrow(|error| error.validation_deg),
-        yes(score.unexplained),
-    )
-}
-
-fn total_text(total: &EffectsTotal) -> String {
-    let ratio = |ratio: Option<f64>| ratio.map_or("-".into(), |ratio| format!("{ratio:.2}"));
-    format!(
-        "visible effects of the library   {} logs: right kind {}, as a rival {}\n\
-         those beyond the spread          {} logs: right kind {}\n\
-         two effects at once              {} logs: both found {}\n\
-         effects of a leg, right kind     {}: on the right leg {}\n\
-         invisible ones                   {} logs: right or none {}\n\
-         outside the library              {} logs: unexplained {}; visible {}, of these unexplained {}\n\
-         undisturbed                      {} logs: none found {}, unexplained {}\n\
-         unseen error, after over before  {} (median of the visible), {} of that with the usual spread fitted\n\
-         legs right                       {} before, {} after\n\
-         time                             {:.0} s at most\n",
-        total.visible,
-        total.visible_right,
-        total.visible_rival,
-        total.standing_out,
-        total.standing_out_right,
-        total.two_effects,
-        total.two_effects_found,
-        total.on_a_leg,
-        total.on_the_right_leg,
-        total.invisible,
-        total.invisible_right_or_none,
-        total.outside,
-        total.outside_unexplained,
-        total.outside_visible,
-        total.outside_visible_unexplained,
-        total.undisturbed,
-        total.undisturbed_none,
-        total.undisturbed_unexplained,
-        ratio(total.median_error_ratio),
-        ratio(total.median_calibrated_ratio),
-        total.legs_right[0],
-        total.legs_right[1],
-        total.longest_elapsed_s,
-    )
+        let totals = [Origin::Drawn, Origin::StandIn]
+            .into_iter()
+            .filter_map(|origin| EffectsTotal::new(origin, &logs, &unanswered));
+        Self {
+            schema: SCHEMA,
+            totals: totals.collect(),
+            logs,
+            unanswered,
+        }
+    }
 }

@@ -16,8 +16,9 @@ use super::{
     search_options::SearchOptions,
 };
 
-/// Candidates that are shown to people.
+/// Kinds of effects that are shown to people, and the least probability of one.
 const SHOWN: usize = 6;
+const LEAST_SHOWN: f64 = 0.005;
 
 #[derive(Debug, Args)]
 pub(super) struct ExplainOptions {
@@ -38,9 +39,9 @@ pub(super) struct ExplainOptions {
     /// All settings, in TOML, such as the daemon's /etc/mlrd.toml.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// All settings of the tracing, in TOML, instead of those of --config.
+    /// All settings of the explanation, in TOML, instead of those of --config.
     #[arg(long, value_name = "FILE")]
-    tracing: Option<PathBuf>,
+    explanation: Option<PathBuf>,
     #[command(flatten)]
     atlas: AtlasFile,
     #[command(flatten)]
@@ -51,7 +52,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let started = Instant::now();
     let Configuration {
         identification,
-        tracing,
+        explanation,
         mounting,
         ..
     } = model_files::configuration(options.config.as_deref(), None)?;
@@ -61,7 +62,8 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     }
     let checked = settings.check();
     checked.map_err(|error| error.as_option(&[("walk_start.commanded_at_s", "--start-s")]))?;
-    let tracing = model_files::tracing(options.tracing.as_deref())?.unwrap_or(tracing);
+    let explanation =
+        model_files::explanation(options.explanation.as_deref())?.unwrap_or(explanation);
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
     let file = options.output.as_deref();
@@ -71,7 +73,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let how = ExplainSettings {
         identify: &settings,
-        tracing: &tracing,
+        explanation: &explanation,
     };
     let bar = Bar::of_steps();
     let answer = explain(&recording, model, how, &bar);
@@ -116,37 +118,36 @@ fn table(report: &ExplanationReport) -> String {
         );
     }
     table.line("legs damaged", legs(&found.damaged_legs));
+    let length = |[from_s, to_s]: [f64; 2]| to_s - from_s;
+    let stretches = &found.stretches_s;
     table.line(
         "RMS error",
         format!(
             "fitted {:.1} s: all   roll  pitch    yaw   unseen {:.1} s: all   roll  pitch    yaw",
-            found.stretch_s, found.stretch_s
+            length(stretches.fit),
+            length(stretches.validation)
         ),
     );
     table.line("as described", errors(&found.error_before));
-    table.line("usual spread", errors(&found.error_calibrated));
-    for effect in &found.effects {
-        table.line(
-            "with",
-            format!("{}   {}", errors(&effect.error), effect.kind),
-        );
-    }
-    table.line("at last", errors(&found.error_after));
+    table.line("calibrated", errors(&found.error_calibrated));
+    table.line("with effects", errors(&found.error_after));
+    let mut kinds: Vec<(&String, &f64)> = found.effect_probability.iter().collect();
+    kinds.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let shown = kinds
+        .into_iter()
+        .take(SHOWN)
+        .filter(|(_, p)| **p >= LEAST_SHOWN);
+    table.lines(
+        "probable",
+        shown.map(|(kind, p)| format!("{:>5.1} %  {kind}", 100.0 * p)),
+    );
     if found.effects.is_empty() {
         table.line(
             "effects",
-            "none: the model lacks nothing that it could tell",
+            "none: the model lacks nothing that the log tells",
         );
     }
     table.lines("effects", found.effects.iter().map(effect_text));
-    table.lines(
-        "not added",
-        found
-            .candidates
-            .iter()
-            .take(SHOWN)
-            .map(|candidate| format!("{:<18}{}", candidate.kind, candidate.verdict)),
-    );
     let residual = &found.residual;
     table.line(
         "remains",
@@ -215,7 +216,7 @@ fn effect_text(effect: &TracedEffect) -> String {
     if !effect.rivals.is_empty() {
         let mut kinds: Vec<&str> = effect.rivals.iter().map(|r| r.kind.as_str()).collect();
         kinds.dedup();
-        text += &format!("; as good within noise: {}", kinds.join(", "));
+        text += &format!("; or {}", kinds.join(", "));
     }
     text
 }

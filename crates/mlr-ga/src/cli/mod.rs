@@ -3,20 +3,25 @@
 mod atlas;
 mod compare;
 mod detect;
+mod effects_tables;
 mod evaluate;
+mod evaluate_discrepancy;
 mod evaluate_effects;
 mod explain;
 mod explain_sensor;
 mod failure;
 mod identify;
 mod log_file;
+mod markdown;
 mod model_files;
 mod morphology_choice;
 mod output;
 mod plot;
 mod progress;
+mod resume;
 mod scored;
 mod search_options;
+mod side_by_side;
 mod simulate;
 
 use std::process::ExitCode;
@@ -61,6 +66,8 @@ enum Command {
     Evaluate(evaluate::EvaluateOptions),
     /// Scores explanations on directories of logs against what was done to the robots.
     EvaluateEffects(evaluate_effects::EvaluateEffectsOptions),
+    /// Show what the model leaves of robots that lack nothing.
+    EvaluateDiscrepancy(evaluate_discrepancy::EvaluateDiscrepancyOptions),
 }
 
 #[derive(Debug, Args)]
@@ -96,5 +103,6 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
         Command::EvaluateEffects(options) => evaluate_effects::run(options),
+        Command::EvaluateDiscrepancy(options) => evaluate_discrepancy::run(options),
     })
 }

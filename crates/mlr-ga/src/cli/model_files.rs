@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use mlr_ga::{Configuration, IdentifySettings, Method, atlas::Atlas, checked_toml};
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
-use mlr_residual::walk::TracingSettings;
+use mlr_residual::walk::EvidenceSettings;
 
 /// Replaces the embedded robot and gait.
 #[derive(Debug, Args)]
@@ -57,6 +57,11 @@ pub(super) struct AtlasFile {
 }
 
 impl AtlasFile {
+    /// The file, if one was named.
+    pub(super) fn path(&self) -> Option<&Path> {
+        self.atlas.as_deref()
+    }
+
     /// The atlas, if one was named; it must belong to this robot, gait and settings.
     pub(super) fn open(
         &self,
@@ -104,9 +109,9 @@ pub(super) fn configuration(
     }))
 }
 
-/// Settings of the tracing, checked, from a file of their own, if one is named.
-pub(super) fn tracing(path: Option<&Path>) -> anyhow::Result<Option<TracingSettings>> {
-    load(path, |text| checked_toml(text, TracingSettings::check))
+/// Settings of the explanation, checked, from a file of their own, if one is named.
+pub(super) fn explanation(path: Option<&Path>) -> anyhow::Result<Option<EvidenceSettings>> {
+    load(path, |text| checked_toml(text, EvidenceSettings::check))
 }
 
 /// Reads and parses a file, if there is one to read; errors name it.

@@ -1,151 +1,92 @@
 //! Explanations against what was done to the robots.
 
-use std::{collections::BTreeMap, path::Path};
+use std::collections::{BTreeMap, BTreeSet};
 
-use mlr_imu::read_text;
-use mlr_model::LegLayout;
-use mlr_residual::walk::{
-    ByAxis, RemainingResidual, Reported, StretchErrors, TracedEffect, WalkExplanation,
-};
+use mlr_residual::walk::{self, Reported, TracedEffect, WalkExplanation};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    truth::{FILE, MAX_BYTES, Truth, TruthError, read_truths},
-    visibility::{TrueTrace, Visibility},
+    effects_truth::{EffectsTruth, LogClass, Origin, TrueEffect, TrueKinds, UNKNOWN},
+    kinds::KindsScore,
+    visibility::Visibility,
 };
 
-/// What was done to the robot of a log beyond its lost links.
-#[derive(Debug, Clone, PartialEq)]
-pub struct EffectsTruth {
-    /// The log, and what was left of the robot.
-    pub log: Truth,
-    /// Whether lost links are locked instead of absent.
-    pub locked: bool,
-    /// The undeclared effects.
-    pub effects: Vec<TrueEffect>,
-    /// Log time at which the walk was commanded.
-    pub motion_start_s: Option<f64>,
-    /// What they change of the walk, where that was recorded.
-    pub trace: Option<TrueTrace>,
-}
-
-/// An effect as it was put into the robot.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TrueEffect {
-    /// Its kind.
-    pub kind: String,
-    /// Its parameters.
-    #[serde(default)]
-    pub parameters: BTreeMap<String, serde_json::Value>,
-}
-
-#[derive(Deserialize)]
-struct Entry {
-    #[serde(default)]
-    locked: bool,
-    #[serde(default)]
-    effect: Option<OneEffect>,
-    #[serde(default)]
-    effects: Option<Vec<TrueEffect>>,
-    #[serde(default)]
-    motion_start_s: Option<f64>,
-    #[serde(default)]
-    trace: Option<TrueTrace>,
-}
-
-/// Some sets name a log's effect only.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneEffect {
-    Name(String),
-    Whole(TrueEffect),
-}
-
-/// Reads a directory's `truth.json`: like [`read_truths`], with the effects.
-///
-/// # Errors
-/// [`TruthError`] names the file and the entry at fault.
-pub fn read_effects_truths(
-    directory: &Path,
-    layout: &LegLayout,
-) -> Result<Vec<EffectsTruth>, TruthError> {
-    let truths = read_truths(directory, layout)?;
-    let path = directory.join(FILE);
-    let fail = |problem: String| TruthError {
-        path: path.clone(),
-        problem,
-    };
-    let text = read_text(&path, MAX_BYTES).map_err(|error| fail(error.to_string()))?;
-    let mut entries: BTreeMap<String, Entry> =
-        serde_json::from_str(&text).map_err(|error| fail(error.to_string()))?;
-    Ok(truths
-        .into_iter()
-        .filter_map(|log| {
-            let entry = entries.remove(&log.name)?;
-            let named = entry.effect.map(|effect| match effect {
-                OneEffect::Name(kind) => TrueEffect {
-                    kind,
-                    parameters: BTreeMap::new(),
-                },
-                OneEffect::Whole(effect) => effect,
-            });
-            Some(EffectsTruth {
-                log,
-                locked: entry.locked,
-                effects: entry.effects.unwrap_or_else(|| named.into_iter().collect()),
-                motion_start_s: entry.motion_start_s,
-                trace: entry.trace,
-            })
-        })
-        .collect())
-}
-
-/// How right an explanation is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// How right an explanation is. `unexplained` counts as an effect that was found: the right one
+/// where the library lacks an effect of the log, one that is not there elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum KindsVerdict {
-    /// Every effect found is in the robot, and at least one was found; or there is
-    /// nothing in it and nothing was found.
+pub enum Verdict {
+    /// All effects of the robot were found and no other, and the damaged legs are right.
     Right,
-    /// The effect found is not in the robot, but a rival within noise is.
-    Rival,
-    /// Nothing was found.
-    Missed,
-    /// Nothing was found that is in the robot, and something that is not.
-    Wrong,
-    /// Some of what was found is not in the robot.
+    /// All that was found is in the robot and the legs are right, but some effects were not found.
+    Incomplete,
+    /// Some of what was found is in the robot, and some is not.
     Partly,
-    /// The library has no such effect, and the log was marked as unexplained.
-    Unexplained,
+    /// All that was found is in the robot, but other legs are damaged.
+    WrongLegs,
+    /// Nothing was found of what is in the robot, and nothing that is not.
+    Missed,
+    /// Nothing was found of what is in the robot, and something that is not.
+    Wrong,
+}
+
+impl Verdict {
+    /// All of them, from right to wrong.
+    pub const ALL: [Self; 6] = [
+        Self::Right,
+        Self::Incomplete,
+        Self::Partly,
+        Self::WrongLegs,
+        Self::Missed,
+        Self::Wrong,
+    ];
+
+    fn new(truth: &TrueKinds, found: &BTreeSet<&str>, legs_right: bool) -> Self {
+        let any_false = found.iter().any(|kind| !truth.has(kind));
+        let is_found = |kind: &&String| found.contains(kind.as_str());
+        let true_found = truth.effects.iter().filter(is_found).count();
+        match (any_false, true_found) {
+            (true, 0) => Self::Wrong,
+            (true, _) => Self::Partly,
+            (false, 0) if !truth.effects.is_empty() => Self::Missed,
+            _ if !legs_right => Self::WrongLegs,
+            (false, all) if all == truth.effects.len() => Self::Right,
+            _ => Self::Incomplete,
+        }
+    }
 }
 
 /// What became of one log.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EffectsScore {
     /// Name of the log.
     pub log: String,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// What there was to find.
+    pub class: LogClass,
     /// What was done to the robot.
     pub truth: Vec<TrueEffect>,
-    /// Whether that could be seen; see [`TrueTrace::visibility`].
+    /// Whether that can be seen; see [`super::TrueTrace::visibility`].
     pub visibility: Visibility,
-    /// Whether the library has every kind of it.
-    pub in_library: bool,
     /// What was found.
-    pub found: Vec<TracedEffect>,
-    /// Whether more was left than the model usually leaves.
+    pub found: Vec<FoundEffect>,
+    /// Whether something that no effect of the library makes was held more probable than not.
     pub unexplained: bool,
-    /// What remains.
-    pub residual: RemainingResidual,
-    /// The same, split into its components.
-    pub residual_after: ByAxis,
     /// How right that is.
-    pub verdict: KindsVerdict,
+    pub verdict: Verdict,
+    /// How right it were without the mark `unexplained`.
+    pub verdict_but_for_mark: Verdict,
+    /// For each effect of the robot that is on a leg, where it was found.
+    pub places: Vec<PlaceScore>,
+    /// The probabilities of kinds against the truth.
+    pub kinds: KindsScore,
     /// Error of the robot as described.
-    pub error_before: StretchErrors,
+    pub error_before: Errors,
     /// Error with the usual differences fitted.
-    pub error_calibrated: StretchErrors,
+    pub error_calibrated: Errors,
     /// Error with the effects.
-    pub error_after: StretchErrors,
+    pub error_after: Errors,
     /// Whether the damaged legs were right before.
     pub legs_right_before: bool,
     /// Whether they are right with the effects in place.
@@ -156,103 +97,288 @@ pub struct EffectsScore {
     pub elapsed_s: f64,
 }
 
-/// Locked links: part of the damage, whether a set lists it or not.
-const LOCKED: &str = "locked_links";
+/// A log that has no explanation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct UnansweredLog {
+    /// Name of the log.
+    pub log: String,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// What there was to find.
+    pub class: LogClass,
+    /// What was done to the robot.
+    pub truth: Vec<TrueEffect>,
+    /// Why it has none.
+    pub reason: String,
+}
 
-impl EffectsScore {
-    /// Compares an explanation with the truth.
-    pub fn new(truth: &EffectsTruth, found: &WalkExplanation, elapsed_s: f64) -> Self {
-        let known = |kind: &str| kind == LOCKED || mlr_residual::walk_effects::find(kind).is_some();
-        let in_library = truth.effects.iter().all(|effect| known(&effect.kind));
-        let true_legs = truth.log.morphology.damaged_legs();
+impl UnansweredLog {
+    /// A log without an explanation.
+    pub fn new(truth: &EffectsTruth, start_told: bool, reason: String) -> Self {
         Self {
             log: truth.log.name.clone(),
+            origin: truth.origin,
+            class: truth.class(start_told),
             truth: truth.effects.clone(),
-            visibility: visibility(truth),
-            in_library,
-            found: found.effects.clone(),
-            unexplained: found.unexplained,
-            residual: found.residual.clone(),
-            residual_after: found.residual_after.clone(),
-            verdict: verdict(truth, found, in_library),
-            error_before: found.error_before,
-            error_calibrated: found.error_calibrated,
-            error_after: found.error_after,
-            legs_right_before: found.morphology_before.damaged_legs() == true_legs,
-            legs_right: found.damaged_legs == true_legs,
-            links_right: found.morphology == truth.log.morphology,
-            elapsed_s,
+            reason,
         }
     }
 }
 
-/// A delay cannot be seen in a log that does not say when the walk was commanded.
-fn visibility(truth: &EffectsTruth) -> Visibility {
-    let is_a_delay = |effect: &TrueEffect| {
-        mlr_residual::walk_effects::find(&effect.kind).is_some_and(|known| known.is_a_delay())
-    };
-    let only_delays = !truth.effects.is_empty() && truth.effects.iter().all(is_a_delay);
-    match truth.trace {
-        Some(_) if only_delays => Visibility::Hidden,
-        Some(trace) => trace.visibility(),
-        None => Visibility::Unknown,
+/// An effect as it was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoundEffect {
+    /// Its kind.
+    pub kind: String,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, Reported>,
+    /// Probability of its kind.
+    pub probability: f64,
+}
+
+impl From<&TracedEffect> for FoundEffect {
+    fn from(effect: &TracedEffect) -> Self {
+        Self {
+            kind: effect.kind.clone(),
+            parameters: effect.parameters.clone(),
+            probability: effect.probability,
+        }
     }
 }
 
-fn verdict(truth: &EffectsTruth, found: &WalkExplanation, in_library: bool) -> KindsVerdict {
-    let is_true = |kind: &str| {
-        truth.effects.iter().any(|effect| effect.kind == kind) || (kind == LOCKED && truth.locked)
-    };
-    let wanted = truth.effects.len();
-    let counted: Vec<&TracedEffect> = found
-        .effects
-        .iter()
-        .filter(|effect| effect.kind != LOCKED || truth.effects.iter().any(|t| t.kind == LOCKED))
-        .collect();
-    let right = counted
-        .iter()
-        .filter(|effect| is_true(&effect.kind))
-        .count();
-    let rival = counted
-        .iter()
-        .any(|effect| effect.rivals.iter().any(|rival| is_true(&rival.kind)));
-    match (wanted, counted.len(), right) {
-        _ if !in_library && found.unexplained => KindsVerdict::Unexplained,
-        (0, 0, _) => KindsVerdict::Right,
-        (_, 0, _) => KindsVerdict::Missed,
-        (_, all, right) if right == all => KindsVerdict::Right,
-        _ if rival => KindsVerdict::Rival,
-        (_, _, 0) => KindsVerdict::Wrong,
-        _ => KindsVerdict::Partly,
+/// Root mean square errors over all axes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// On the stretch that parameters were fitted on.
+    pub fit_deg: f64,
+    /// On the stretch that nothing has seen.
+    pub validation_deg: f64,
+}
+
+impl From<walk::StretchErrors> for Errors {
+    fn from(errors: walk::StretchErrors) -> Self {
+        Self {
+            fit_deg: errors.fit_deg,
+            validation_deg: errors.validation_deg,
+        }
     }
 }
 
-/// The parameters of an effect, in words.
-pub fn in_words(parameters: &BTreeMap<String, Reported>) -> String {
-    let words = parameters
-        .iter()
-        .map(|(name, value)| format!("{name} {value}"));
-    words.collect::<Vec<_>>().join(", ")
+/// Where an effect of a leg was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlaceScore {
+    /// Whether its kind was found at all.
+    pub kind_found: bool,
+    /// Whether on its leg.
+    pub leg_right: bool,
+    /// Whether on its leg and its link or joint, where it is on one.
+    pub place_right: bool,
 }
 
-impl TrueEffect {
-    /// The leg that it is on, if it is on one.
-    pub(super) fn leg(&self) -> Option<usize> {
-        let leg = self.parameters.get("leg")?.as_u64()?;
-        usize::try_from(leg).ok()
+/// Parameters that say where an effect is.
+const PLACE: [&str; 3] = ["leg", "link", "joint"];
+
+impl PlaceScore {
+    /// `None` for an effect that is on no leg.
+    fn new(truth: &TrueEffect, found: &[FoundEffect]) -> Option<Self> {
+        truth.number("leg")?;
+        let of_kind = || found.iter().filter(|found| found.kind == truth.kind);
+        let is_right = |found: &FoundEffect, name: &str| match truth.number(name) {
+            Some(number) => found.parameters.get(name) == Some(&Reported::Number(number)),
+            None => true,
+        };
+        Some(Self {
+            kind_found: of_kind().next().is_some(),
+            leg_right: of_kind().any(|found| is_right(found, "leg")),
+            place_right: of_kind().any(|found| PLACE.iter().all(|name| is_right(found, name))),
+        })
+    }
+}
+
+impl EffectsScore {
+    /// Compares an explanation with the truth. `start_told`: whether the explanation was told when
+    /// the walk was commanded.
+    pub fn new(
+        truth: &EffectsTruth,
+        answer: &WalkExplanation,
+        start_told: bool,
+        elapsed_s: f64,
+    ) -> Self {
+        let kinds = truth.kinds();
+        let true_legs = truth.log.morphology.damaged_legs();
+        let legs_right = answer.damaged_legs == true_legs;
+        let found: Vec<FoundEffect> = answer.effects.iter().map(FoundEffect::from).collect();
+        let mut found_kinds: BTreeSet<&str> = found.iter().map(|one| one.kind.as_str()).collect();
+        let is_outside = truth.class(start_told).is_outside();
+        let mut verdict_but_for_mark = Verdict::new(&kinds, &found_kinds, legs_right);
+        if answer.unexplained {
+            found_kinds.insert(UNKNOWN);
+        }
+        let verdict = Verdict::new(&kinds, &found_kinds, legs_right);
+        if is_outside {
+            verdict_but_for_mark = verdict;
+        }
+        Self {
+            log: truth.log.name.clone(),
+            origin: truth.origin,
+            class: truth.class(start_told),
+            truth: truth.effects.clone(),
+            visibility: truth.visibility(start_told),
+            unexplained: answer.unexplained,
+            verdict,
+            verdict_but_for_mark,
+            places: truth
+                .effects
+                .iter()
+                .filter_map(|effect| PlaceScore::new(effect, &found))
+                .collect(),
+            kinds: KindsScore::new(&answer.effect_probability, &kinds, start_told),
+            error_before: answer.error_before.into(),
+            error_calibrated: answer.error_calibrated.into(),
+            error_after: answer.error_after.into(),
+            legs_right_before: answer.morphology_before.damaged_legs() == true_legs,
+            legs_right,
+            links_right: answer.morphology == truth.log.morphology,
+            elapsed_s,
+            found,
+        }
     }
 
-    /// Kind and parameters in words.
-    pub fn in_words(&self) -> String {
-        let parameters: BTreeMap<String, Reported> = self
-            .parameters
-            .iter()
-            .filter_map(|(name, value)| {
-                Some((name.clone(), serde_json::from_value(value.clone()).ok()?))
-            })
-            .collect();
-        format!("{} {}", self.kind, in_words(&parameters))
-            .trim_end()
-            .to_string()
+    /// Whether every effect of the robot's that the library has was found, whatever else was.
+    pub(super) fn found_all(&self) -> bool {
+        let is_found = |truth: &TrueEffect| self.found.iter().any(|one| one.kind == truth.kind);
+        self.truth.iter().all(is_found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::{super::effects_truth::LOCKED, *};
+
+    /// A robot with these effects; locked links are gone unless `locked`.
+    fn verdict(effects: &[&str], locked: bool, found: &[&str], legs_right: bool) -> Verdict {
+        let truth = TrueKinds {
+            effects: effects.iter().map(ToString::to_string).collect(),
+            locked: locked || effects.contains(&LOCKED),
+        };
+        Verdict::new(&truth, &found.iter().copied().collect(), legs_right)
+    }
+
+    #[test]
+    fn all_and_nothing_else_is_right() {
+        assert_eq!(
+            verdict(&["payload"], false, &["payload"], true),
+            Verdict::Right
+        );
+        assert_eq!(verdict(&[], false, &[], true), Verdict::Right);
+        let both = ["payload", "slope"];
+        assert_eq!(verdict(&both, false, &both, true), Verdict::Right);
+        assert_eq!(verdict(&both, false, &["slope"], true), Verdict::Incomplete);
+    }
+
+    #[test]
+    fn an_answer_with_wrong_legs_is_never_right() {
+        for (effects, found) in [
+            (vec![], vec![]),
+            (vec!["payload"], vec!["payload"]),
+            (vec!["payload", "slope"], vec!["slope"]),
+            (vec!["unknown"], vec!["unknown"]),
+            (vec!["locked_links"], vec!["locked_links"]),
+        ] {
+            assert_eq!(verdict(&effects, false, &found, false), Verdict::WrongLegs);
+            assert_ne!(verdict(&effects, false, &found, true), Verdict::WrongLegs);
+        }
+        assert_eq!(verdict(&["payload"], false, &[], false), Verdict::Missed);
+    }
+
+    #[test]
+    fn what_is_not_there_counts_against_an_answer() {
+        assert_eq!(verdict(&[], false, &["payload"], true), Verdict::Wrong);
+        assert_eq!(
+            verdict(&["slope"], false, &["payload"], true),
+            Verdict::Wrong
+        );
+        let with_another = ["payload", "slope"];
+        assert_eq!(
+            verdict(&["slope"], false, &with_another, true),
+            Verdict::Partly
+        );
+        assert_eq!(verdict(&["slope"], false, &[], true), Verdict::Missed);
+    }
+
+    #[test]
+    fn locked_links_are_right_where_they_are_locked() {
+        let found = ["payload", "locked_links"];
+        assert_eq!(verdict(&["payload"], true, &found, true), Verdict::Right);
+        assert_eq!(verdict(&["payload"], false, &found, true), Verdict::Partly);
+        // Not listed, they need not be found.
+        assert_eq!(
+            verdict(&["payload"], true, &["payload"], true),
+            Verdict::Right
+        );
+        assert_eq!(verdict(&[], true, &["locked_links"], true), Verdict::Right);
+        assert_eq!(verdict(&[], true, &[], true), Verdict::Right);
+        assert_eq!(verdict(&[], false, &["locked_links"], true), Verdict::Wrong);
+        // Nor are they a find where something else is listed.
+        assert_eq!(
+            verdict(&["payload"], true, &["locked_links"], true),
+            Verdict::Missed
+        );
+    }
+
+    #[test]
+    fn listed_locked_links_are_to_be_found() {
+        let listed = ["locked_links"];
+        assert_eq!(verdict(&listed, true, &listed, true), Verdict::Right);
+        assert_eq!(verdict(&listed, true, &[], true), Verdict::Missed);
+        let with_another = ["locked_links", "payload"];
+        assert_eq!(verdict(&listed, true, &with_another, true), Verdict::Partly);
+        assert_eq!(verdict(&listed, true, &["payload"], true), Verdict::Wrong);
+    }
+
+    #[test]
+    fn unexplained_is_a_find_where_the_library_lacks_an_effect() {
+        assert_eq!(
+            verdict(&["unknown"], false, &["unknown"], true),
+            Verdict::Right
+        );
+        assert_eq!(verdict(&["unknown"], false, &[], true), Verdict::Missed);
+        assert_eq!(
+            verdict(&["unknown"], false, &["payload"], true),
+            Verdict::Wrong
+        );
+        let both = ["unknown", "payload"];
+        assert_eq!(verdict(&["unknown"], false, &both, true), Verdict::Partly);
+        assert_eq!(verdict(&["payload"], false, &both, true), Verdict::Partly);
+        assert_eq!(verdict(&[], false, &["unknown"], true), Verdict::Wrong);
+    }
+
+    #[test]
+    fn kind_and_place_are_told_apart() {
+        let truth = |parameters: serde_json::Value| TrueEffect {
+            kind: "stuck_joint".into(),
+            parameters: serde_json::from_value(parameters).unwrap(),
+        };
+        let found = |kind: &str, leg, joint| FoundEffect {
+            kind: kind.into(),
+            parameters: [
+                ("leg".to_string(), Reported::Number(leg)),
+                ("joint".to_string(), Reported::Number(joint)),
+            ]
+            .into(),
+            probability: 1.0,
+        };
+        let stuck = truth(json!({"leg": 3, "joint": 2, "angle_rad": 0.1}));
+        let place = |found: FoundEffect| {
+            let place = PlaceScore::new(&stuck, &[found]).unwrap();
+            [place.kind_found, place.leg_right, place.place_right]
+        };
+        assert_eq!(place(found("stuck_joint", 3, 2)), [true, true, true]);
+        assert_eq!(place(found("stuck_joint", 3, 1)), [true, true, false]);
+        assert_eq!(place(found("stuck_joint", 1, 2)), [true, false, false]);
+        assert_eq!(place(found("joint_offset", 3, 2)), [false, false, false]);
+        assert_eq!(PlaceScore::new(&truth(json!({"mass_kg": 0.1})), &[]), None);
     }
 }

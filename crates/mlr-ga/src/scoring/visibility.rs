@@ -24,7 +24,7 @@ pub struct Spread {
 }
 
 /// Whether an effect is large enough to be detected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Visibility {
     /// Its change of the walk was not recorded.
@@ -36,13 +36,6 @@ pub enum Visibility {
     WithinSpread,
     /// It changes more than both.
     StandsOut,
-}
-
-impl Visibility {
-    /// Whether it counts as visible.
-    pub fn is_visible(self) -> bool {
-        self != Self::Hidden
-    }
 }
 
 impl TrueTrace {

@@ -7,8 +7,6 @@ mod spectrum;
 mod whiteness;
 
 pub(crate) use blocks::{BlockErrors, sign_flip_p_value};
-// By this name the walk's search uses it.
-pub(crate) use blocks::sign_flip_p_value as chance_of_gain;
 pub(crate) use noise::Noise;
 pub(crate) use runs::runs_p_value;
 pub(crate) use spectrum::dominant_frequency;

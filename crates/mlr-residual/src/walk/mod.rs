@@ -1,38 +1,37 @@
-//! The walk of a robot with its sensor: model, record, and how far they are apart.
+//! The walk of a robot with its sensor: model, record, and what the one lacks of the other.
 
-mod calibration;
-mod comparison;
+mod answer;
+mod calibrated_walk;
 mod decomposition;
+mod discrepancy;
+mod evidence;
+mod hypothesis;
 mod model;
-mod poll;
+mod nuisance;
+mod observation;
 mod record;
-mod remainder;
 mod report;
+mod residual_left;
+mod search;
 mod sensing;
-mod tracing;
-mod trial;
-mod usual;
 
-pub use calibration::ComparisonSettings;
-pub use comparison::ErrorWeights;
+pub use answer::{EvidenceSettings, explain_walk};
+pub use calibrated_walk::{CalibratedParameter, CalibratedWalk};
 pub use decomposition::{AxisResidual, Harmonic};
+pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy};
 pub use model::WalkModel;
+pub use nuisance::NuisanceSettings;
 pub use record::WalkRecord;
-pub use remainder::{Allowance, Leavings, UsualRemainder};
 pub use report::{
-    ByAxis, RemainingResidual, Reported, Rival, StretchErrors, TracedEffect, WalkCandidate,
-    WalkExplanation,
+    ByAxis, RemainingResidual, Reported, Rival, StretchErrors, StretchesS, TracedEffect,
+    WalkAlternative, WalkCandidate, WalkExplanation,
 };
+pub use search::{Effort, Suspect, prior::EffectPrior};
 pub use sensing::Sensing;
-pub use tracing::{MorphologySearch, Suspect, TracingSettings, explain_walk};
-pub use usual::UsualDifferences;
 
-pub(crate) use calibration::{Calibration, Start};
-pub(crate) use comparison::{Comparison, Settled};
 pub(crate) use model::Prediction;
-pub(crate) use poll::{Effort, Poll};
-pub(crate) use trial::{Placed, Trial, Walker};
-pub(crate) use usual::Trace;
+pub(crate) use nuisance::Nuisance;
+pub(crate) use observation::Observation;
 
 use thiserror::Error;
 
@@ -52,7 +51,7 @@ pub enum WalkError {
     /// The model as described does not stay upright, or the numbers grow without limit.
     #[error("the simulated walk of the robot as identified diverges")]
     Diverged,
-    /// A setting of the tracing makes no sense.
+    /// A setting makes no sense.
     #[error(transparent)]
     Setting(#[from] mlr_filter::SettingError),
     /// Robot, gait or settings of the simulation make no sense.

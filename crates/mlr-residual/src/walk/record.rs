@@ -24,8 +24,8 @@ pub struct WalkRecord {
 
 /// Longest stretch that is fitted, and that is judged.
 const LONGEST_S: f64 = 6.0;
-/// Share of the fitted stretch that first looks are taken at.
-const BRIEF: f64 = 0.6;
+/// Share of the walk that hypotheses are judged by.
+const FIT_SHARE: f64 = 0.65;
 /// Shortest one of any use: a gait's cycle and a half.
 const SHORTEST_S: f64 = 1.5;
 /// Standing longer ago than this before the walk is left out.
@@ -88,7 +88,7 @@ impl WalkRecord {
             0
         };
         let from = index_of(from_s);
-        let middle = from + (count - from) / 2;
+        let middle = from + (FIT_SHARE * (count - from) as f64) as usize;
         let noise_deg = measured_deg
             .as_ref()
             .map(|_, angles| deviation_from_trend(&angles[standing.clone()]));
@@ -113,15 +113,6 @@ impl WalkRecord {
         Self {
             is_dead_reckoned: true,
             ..self
-        }
-    }
-
-    /// The same, where only the beginning of the stretch is fitted.
-    pub(crate) fn brief(&self) -> Self {
-        let samples = (BRIEF * self.fit.len() as f64).ceil() as usize;
-        Self {
-            fit: self.fit.start..self.fit.start + samples,
-            ..self.clone()
         }
     }
 
@@ -189,6 +180,29 @@ impl WalkRecord {
         })
     }
 
+    /// Root mean square of roll and pitch together about their means while the robot walks, over
+    /// the stretch that hypotheses are judged by.
+    pub(crate) fn swing_deg(&self) -> f64 {
+        let fit = self.fit();
+        let square = [&self.measured_deg.roll, &self.measured_deg.pitch].map(|angles_deg| {
+            let angles_deg = &angles_deg[fit.clone()];
+            let n = angles_deg.len().max(1) as f64;
+            let mean = angles_deg.iter().sum::<f64>() / n;
+            angles_deg.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / n
+        });
+        square.iter().sum::<f64>().sqrt()
+    }
+
+    /// Root mean square of yaw about its mean and trend there.
+    pub(crate) fn yaw_swing_deg(&self) -> f64 {
+        deviation_from_trend(&self.measured_deg.yaw[self.fit()])
+    }
+
+    /// Mean rate of turning there, degrees per second.
+    pub(crate) fn turned_dps(&self) -> f64 {
+        slope(&self.measured_deg.yaw[self.fit()]) * Self::RATE_HZ
+    }
+
     /// How long the walk is simulated to cover the first `samples` samples.
     pub(crate) fn walk_s(&self, samples: usize) -> f64 {
         let last_s = samples
@@ -196,6 +210,14 @@ impl WalkRecord {
             .map_or(0.0, |last| self.times_s[last]);
         (last_s - self.start_s + 2.0 * Self::PERIOD_S).max(Self::PERIOD_S)
     }
+}
+
+/// Slope of the straight line through evenly spaced values, per value.
+fn slope(values: &[f64]) -> f64 {
+    let middle = (values.len() as f64 - 1.0) / 2.0;
+    let line = || (0..values.len()).map(|index| index as f64 - middle);
+    let along: f64 = line().zip(values).map(|(x, value)| x * value).sum();
+    along / line().map(|x| x * x).sum::<f64>().max(1e-9)
 }
 
 /// Root mean square of what is left without mean and trend, degrees; 0 for fewer than three.
@@ -206,9 +228,8 @@ pub(super) fn deviation_from_trend(angles_deg: &[f64]) -> f64 {
     }
     let middle = (n - 1.0) / 2.0;
     let mean = angles_deg.iter().sum::<f64>() / n;
+    let slope = slope(angles_deg);
     let line = (0..angles_deg.len()).map(|index| index as f64 - middle);
-    let along: f64 = line.clone().zip(angles_deg).map(|(x, a)| x * a).sum();
-    let slope = along / line.clone().map(|x| x * x).sum::<f64>();
     let squares = line
         .zip(angles_deg)
         .map(|(x, a)| (a - mean - slope * x).powi(2));
@@ -216,8 +237,27 @@ pub(super) fn deviation_from_trend(angles_deg: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+
+    /// A robot that stands for two seconds, then rolls, pitches and turns for ten.
+    pub(crate) fn walking_record() -> WalkRecord {
+        let times_s: Vec<f64> = (0..1200).map(|i| f64::from(i) * 0.01).collect();
+        let walked = |t: &f64| (t - 2.0).max(0.0);
+        let wave = |amplitude: f64, hz: f64| -> Vec<f64> {
+            let angle = |t: &f64| amplitude * (std::f64::consts::TAU * hz * walked(t)).sin();
+            times_s.iter().map(angle).collect()
+        };
+        let angles_rad = Axes {
+            roll: wave(0.02, 1.0),
+            pitch: wave(0.01, 2.0),
+            yaw: times_s.iter().map(|t| 0.05 * walked(t)).collect(),
+        };
+        let recording = OrientationSeries::new(times_s, angles_rad).unwrap();
+        WalkRecord::new(&recording, 2.0, false, 2.0, Some([0.0; 3]))
+            .unwrap()
+            .dead_reckoned()
+    }
 
     fn recording(duration_s: f64) -> OrientationSeries {
         let times_s: Vec<f64> = (0..(duration_s * 200.0) as u32)
@@ -244,20 +284,10 @@ mod tests {
         assert!((time_s(record.fit().start) - 2.0).abs() < 0.05);
         assert_eq!(record.fit().end, record.unseen().start);
         assert_eq!(record.unseen().end, record.times_s().len());
-        assert!((time_s(record.fit().end) - 7.0).abs() < 0.1);
+        assert!((time_s(record.fit().end) - 8.5).abs() < 0.1);
         let [roll_deg, _] = record.mean_tilt_deg();
         assert!((roll_deg - 0.01_f64.to_degrees()).abs() < 1e-9);
         assert!(record.noise_deg().roll < 1e-9);
-    }
-
-    #[test]
-    fn a_brief_record_is_fitted_on_the_beginning_only() {
-        let record = WalkRecord::new(&recording(12.0), 2.0, false, 2.0, None).unwrap();
-        let brief = record.brief();
-        assert_eq!(brief.fit().start, record.fit().start);
-        let [length, whole] = [&brief, &record].map(|record| record.fit().len() as f64);
-        assert!((length / whole - BRIEF).abs() < 0.01, "{length} {whole}");
-        assert_eq!(brief.unseen(), record.unseen());
     }
 
     #[test]

@@ -17,22 +17,27 @@ pub struct WalkExplanation {
     pub morphology: Morphology,
     /// Numbers (from 1) of the legs that miss a link.
     pub damaged_legs: Vec<usize>,
-    /// Effects in the order added; empty where the model lacks nothing.
+    /// Probability of each kind of effect to be in the robot; `none`: that nothing is wrong with it
+    /// but that links are gone; `unknown`: that something is that no effect of the library makes.
+    /// Of two effects at once both count, so that the sum may exceed 1.
+    pub effect_probability: BTreeMap<String, f64>,
+    /// The most probable set of effects; empty where the model lacks nothing.
     pub effects: Vec<TracedEffect>,
-    /// Whether what remains is more than the model usually leaves, and no effect of the
-    /// library removes it.
+    /// The most probable hypotheses.
+    pub alternatives: Vec<WalkAlternative>,
+    /// Whether something that no effect of the library makes is more probable than not.
     pub unexplained: bool,
     /// Error of the robot as described: only the zeros of time and heading are fitted.
     pub error_before: StretchErrors,
-    /// Error with the usual differences between robots of one make fitted.
+    /// Error with the nuisance parameters fitted, without effects.
     pub error_calibrated: StretchErrors,
     /// Error with all effects.
     pub error_after: StretchErrors,
     /// Error that sensor noise and the model's own shortcomings leave.
     pub noise_floor_deg: f64,
-    /// The usual differences as fitted, in standard deviations.
-    pub usual_differences: BTreeMap<String, f64>,
-    /// Effects that were tried last on top of those added, best first.
+    /// Nuisance parameters as fitted, in standard deviations of their priors.
+    pub nuisance: BTreeMap<String, f64>,
+    /// Kinds that are not among the effects, the most probable first.
     pub candidates: Vec<WalkCandidate>,
     /// What remains.
     pub residual: RemainingResidual,
@@ -41,8 +46,8 @@ pub struct WalkExplanation {
     pub residual_before: ByAxis,
     /// The same with all effects.
     pub residual_after: ByAxis,
-    /// Length of each of the two stretches.
-    pub stretch_s: f64,
+    /// Log times of the stretches that errors are measured on.
+    pub stretches_s: StretchesS,
     /// What else to know.
     pub warnings: Vec<String>,
 }
@@ -149,20 +154,37 @@ pub struct TracedEffect {
     pub undetermined: Vec<String>,
     /// The trace that it leaves.
     pub explains: String,
-    /// How much it gains on the fitted and on the unseen stretch: twice the logarithm of
-    /// the likelihood ratio, usual differences at their price.
-    pub gain: [f64; 2],
-    /// What its gains on the two stretches must exceed on average.
-    pub price: f64,
-    /// Chance of its gain on the unseen stretch if the sign of each block's were a coin's.
-    pub chance: f64,
-    /// Error with this effect and all before it, when it was added.
-    pub error: StretchErrors,
-    /// Other candidates that did as well within noise when it was added.
+    /// Probability of its kind to be in the robot.
+    pub probability: f64,
+    /// Effects of other sets that together with this one hold 90 % of the probability.
     pub rivals: Vec<Rival>,
 }
 
-/// A candidate that does as well as the one added.
+/// A hypothesis with its probability.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WalkAlternative {
+    /// Which links are left.
+    pub morphology: Morphology,
+    /// Whether the lost ones hang on.
+    pub locked_links: bool,
+    /// The effects.
+    pub effects: Vec<Rival>,
+    /// Whether something that no effect of the library makes is there as well.
+    pub unknown: bool,
+    /// How probable all of this is.
+    pub probability: f64,
+}
+
+/// Log times of stretches, from and to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StretchesS {
+    /// What hypotheses are judged and parameters fitted by.
+    pub fit: [f64; 2],
+    /// What nothing has seen.
+    pub validation: [f64; 2],
+}
+
+/// An effect with its parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rival {
     /// Name of the effect.
@@ -180,8 +202,8 @@ pub struct WalkCandidate {
     pub parameters: BTreeMap<String, Reported>,
     /// Error on the unseen stretch with it.
     pub validation_deg: Option<f64>,
-    /// What it would gain on both stretches.
-    pub gain: Option<[f64; 2]>,
+    /// Probability of its kind to be in the robot.
+    pub probability: Option<f64>,
     /// What was decided.
     pub verdict: String,
 }

@@ -1,12 +1,19 @@
 use std::collections::BTreeMap;
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
+    Prior,
     walk::{WalkModel, WalkRecord},
 };
 
-/// The gyroscope's bias about z grows, as while it warms up.
+/// The gyroscope's bias about z grows from the log's first sample on, as while the chip warms up.
+///
+/// - `dps_per_min`: growth of the reported rate about z, in °/s per minute; positive turns the
+///   yaw further to the left.
+/// - Prior: 0 ± 12 °/s per minute. The data sheet of the MPU-6050 allows 20 °/s over -40 to
+///   85 °C, 0.16 °/s per °C, so that a chip that warms by some °C per minute drifts by 1 °/s per
+///   minute; a drift that counts as a fault is assumed to be about ten times that.
+/// - Bounds: ±120 °/s per minute.
 #[derive(Debug)]
 pub(super) struct BiasDrift;
 
@@ -15,18 +22,19 @@ impl WalkEffect for BiasDrift {
         "bias_drift"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "yaw bends like a parabola from the first sample on"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        let drift = Parameter::new("dps_per_min", 0.0);
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: 0.0,
+            deviation: 12.0,
+        };
         vec![
-            drift
-                .step(0.5)
+            EffectParameter::new("dps_per_min", prior)
                 .bounds(-120.0, 120.0)
-                .neutral(0.0)
-                .usual(2.0),
+                .neutral(0.0),
         ]
     }
 

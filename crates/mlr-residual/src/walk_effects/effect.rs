@@ -2,10 +2,8 @@ use std::{collections::BTreeMap, fmt::Debug};
 
 use mlr_model::{Morphology, Robot};
 
-use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
-};
+use super::EffectParameter;
+use crate::walk::{Nuisance, WalkModel, WalkRecord};
 
 /// Where on the robot an effect may sit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,14 +58,15 @@ impl Place {
 
 /// Something that the model of a walk lacks.
 ///
-/// `values` are those of the parameters, chosen such that the trace grows about in
-/// proportion to them; what people read comes from [`report()`](WalkEffect::report).
+/// `values` are those of the parameters, in the order of [`parameters()`](WalkEffect::parameters),
+/// chosen such that the residual grows about in proportion to them; what people read comes from
+/// [`report()`](WalkEffect::report).
 pub trait WalkEffect: Sync + Debug {
     /// Name in reports.
     fn kind(&self) -> &'static str;
 
-    /// The trace that it leaves in the residual, for people.
-    fn trace(&self) -> &'static str;
+    /// What it leaves in the residual, in words.
+    fn signature(&self) -> &'static str;
 
     /// Where it may sit on a robot that has lost these links.
     fn places(&self, robot: &Robot, morphology: &Morphology) -> Vec<Place> {
@@ -75,8 +74,8 @@ pub trait WalkEffect: Sync + Debug {
         vec![Place::Robot]
     }
 
-    /// What is fitted: names, steps and bounds. The starting values do not matter.
-    fn parameters(&self, place: Place, model: &WalkModel) -> Vec<Parameter>;
+    /// What is fitted, with priors and bounds.
+    fn parameters(&self, place: Place, model: &WalkModel) -> Vec<EffectParameter>;
 
     /// Values from which it is fitted; the best counts.
     fn starts(&self, place: Place, model: &WalkModel, record: &WalkRecord) -> Vec<Vec<f64>>;
@@ -87,25 +86,15 @@ pub trait WalkEffect: Sync + Debug {
     /// The parameters that people read, in the units of their names.
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64>;
 
-    /// How much less common an effect of this size is than a small one, or than others that do
-    /// the same: twice the negative logarithm of its prior density, up to a constant.
-    fn rarity(&self, values: &[f64]) -> f64 {
-        let _ = values;
-        0.0
-    }
-
-    /// What it gains by chance on robots that lack nothing, over what most effects do.
-    fn chance_share(&self) -> f64 {
-        1.0
+    /// Nuisance parameters of the same quantity: a hypothesis with the effect goes without them, because
+    /// its prior is so much wider.
+    fn replaces(&self, place: Place) -> Vec<Nuisance> {
+        let _ = place;
+        Vec::new()
     }
 
     /// Whether it acts on the sensor's signals only: the body walks as before.
     fn is_of_sensing(&self) -> bool {
-        false
-    }
-
-    /// Whether the rates of the standing robot show it, which nothing else changes.
-    fn shows_at_rest(&self) -> bool {
         false
     }
 
@@ -121,25 +110,5 @@ pub(super) fn named<'n>(values: impl IntoIterator<Item = (&'n str, f64)>) -> BTr
     values
         .into_iter()
         .map(|(name, value)| (name.to_string(), value))
-        .collect()
-}
-
-/// How much later than usual something happens.
-pub(super) fn delay() -> Parameter {
-    Parameter::new("delay_s", 0.0)
-        .step(0.005)
-        .bounds(0.0, 0.5)
-        .neutral(0.0)
-        .usual(0.01)
-}
-
-/// Points on a circle of this radius.
-pub(super) fn around(points: u32, radius: f64) -> Vec<[f64; 2]> {
-    (0..points)
-        .map(|point| {
-            let angle_rad = std::f64::consts::TAU * f64::from(point) / f64::from(points);
-            let (sin, cos) = libm::sincos(angle_rad);
-            [radius * cos, radius * sin]
-        })
         .collect()
 }

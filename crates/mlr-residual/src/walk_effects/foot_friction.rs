@@ -2,19 +2,21 @@ use std::collections::BTreeMap;
 
 use mlr_model::{Fault, Morphology, Robot};
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
+    Prior,
     walk::{WalkModel, WalkRecord},
 };
 
-/// One foot grips otherwise than the others.
+/// One foot grips better or worse than the others.
+///
+/// - `ln_friction`: logarithm of this foot's friction coefficient over that of the others;
+///   negative slips. People read `mu`, the coefficient itself.
+/// - Prior: -1.1 ± 0.7: a foot that has lost its rubber, or is dirty, grips about a third as well
+///   (bare plastic 0.2 to 0.3, rubber 0.6 to 0.9 on dry floors). Assumed, not measured.
+/// - Bounds: -3.5 to 1, a thirtieth to nearly thrice the others' coefficient.
 #[derive(Debug)]
 pub(super) struct FootFriction;
-
-/// How much less a foot usually grips, where it does: a third as well, worn or dirty.
-/// Logarithm of the ratio.
-const USUAL_WHERE_OFF: f64 = 1.1;
 
 impl FootFriction {
     fn mu(values: &[f64], model: &WalkModel) -> f64 {
@@ -27,7 +29,7 @@ impl WalkEffect for FootFriction {
         "foot_friction"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "the body turns while that foot stands"
     }
 
@@ -35,13 +37,20 @@ impl WalkEffect for FootFriction {
         Place::feet(morphology)
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        let ratio = Parameter::new("ln_friction", 0.0);
-        vec![ratio.step(0.15).bounds(-3.5, 1.0).neutral(0.0).usual(0.5)]
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: -1.1,
+            deviation: 0.7,
+        };
+        vec![
+            EffectParameter::new("ln_friction", prior)
+                .bounds(-3.5, 1.0)
+                .neutral(0.0),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        [0.12, 0.25, 0.5].map(|share: f64| vec![share.ln()]).into()
+        [0.15, 0.5].map(|share: f64| vec![share.ln()]).into()
     }
 
     fn apply(&self, place: Place, values: &[f64], model: &mut WalkModel) {
@@ -51,10 +60,6 @@ impl WalkEffect for FootFriction {
             .simulation
             .faults
             .push(Fault::FootFriction { leg, mu });
-    }
-
-    fn rarity(&self, values: &[f64]) -> f64 {
-        (values[0] / USUAL_WHERE_OFF).powi(2)
     }
 
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {

@@ -1,12 +1,18 @@
 use std::collections::BTreeMap;
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
+    Prior,
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
-/// The ground grips otherwise than usual.
+/// The ground grips better or worse than described.
+///
+/// - `ln_friction`: logarithm of the friction coefficient over the described one; negative slips.
+///   People read `mu`, the coefficient itself.
+/// - Prior: -0.5 ± 0.6: rubber has 0.6 to 0.9 on dry floors, which is what descriptions assume;
+///   smooth, dusty or wet floors have a half or a quarter of it. Assumed, not measured.
+/// - Bounds: -3 to 1, a twentieth to nearly thrice the described coefficient.
 #[derive(Debug)]
 pub(super) struct Friction;
 
@@ -15,23 +21,32 @@ impl WalkEffect for Friction {
         "friction"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "the feet slip: the body turns by another angle, and jerks less or more"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        let ratio = Parameter::new("ln_friction", 0.0);
-        vec![ratio.step(0.08).bounds(-3.0, 1.0).neutral(0.0).usual(0.25)]
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: -0.5,
+            deviation: 0.6,
+        };
+        vec![
+            EffectParameter::new("ln_friction", prior)
+                .bounds(-3.0, 1.0)
+                .neutral(0.0),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        [0.15, 0.3, 0.55, 1.4]
-            .map(|share: f64| vec![share.ln()])
-            .into()
+        [0.3, 0.6].map(|share: f64| vec![share.ln()]).into()
     }
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
         model.simulation.contact.friction *= values[0].exp();
+    }
+
+    fn replaces(&self, _: Place) -> Vec<Nuisance> {
+        vec![Nuisance::Friction]
     }
 
     fn report(&self, _: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {

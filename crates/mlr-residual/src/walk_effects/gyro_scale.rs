@@ -1,33 +1,40 @@
 use std::collections::BTreeMap;
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
+    Prior,
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
-/// The gyroscope reports rates in another scale than its data sheet says.
+/// The gyroscope's scale is not that of its data sheet.
+///
+/// - `scale_less_1`: true rate over reported rate, less 1; where it is positive, turns are
+///   reported smaller than they are. People read `scale`.
+/// - Prior: 0 ± 0.07. The data sheet of the MPU-6050 allows 3 %, and 2 % more over temperature:
+///   a scale that counts as a fault is off by more than these.
+/// - Bounds: ±0.5.
 #[derive(Debug)]
 pub(super) struct GyroScale;
-
-/// MPU6050 data sheet: sensitivity within 3 %, and within 2 % more over temperature. Models get
-/// the swing of a damaged robot as wrong.
-const USUAL: f64 = 0.04;
-/// How far it is usually off, where it is off: twice the 3 %.
-const USUAL_WHERE_OFF: f64 = 0.06;
 
 impl WalkEffect for GyroScale {
     fn kind(&self) -> &'static str {
         "gyro_scale"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "turns and fast swings are too large or too small by the same share"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        let scale = Parameter::new("scale_less_1", 0.0);
-        vec![scale.step(0.01).bounds(-0.5, 0.5).neutral(0.0).usual(USUAL)]
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: 0.0,
+            deviation: 0.07,
+        };
+        vec![
+            EffectParameter::new("scale_less_1", prior)
+                .bounds(-0.5, 0.5)
+                .neutral(0.0),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
@@ -38,8 +45,8 @@ impl WalkEffect for GyroScale {
         model.sensing.scale *= 1.0 + values[0];
     }
 
-    fn rarity(&self, values: &[f64]) -> f64 {
-        (values[0] / USUAL_WHERE_OFF).powi(2)
+    fn replaces(&self, _: Place) -> Vec<Nuisance> {
+        vec![Nuisance::Scale]
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

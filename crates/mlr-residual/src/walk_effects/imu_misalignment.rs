@@ -1,38 +1,38 @@
 use std::collections::BTreeMap;
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
+    Prior,
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
-/// The sensor is mounted at an angle.
+/// The sensor is mounted at an angle to the body.
+///
+/// - `roll_deg`, `pitch_deg`: roll and pitch of the sensor on the level body, in degrees; the
+///   sensor reports them on top of the body's.
+/// - Prior: 0 ± 2.5° each: a sensor that was knocked, or remounted by eye. Assumed, not measured.
+/// - Bounds: ±30°.
 #[derive(Debug)]
 pub(super) struct ImuMisalignment;
-
-/// How far a sensor usually sits off, where it sits off.
-pub(super) const USUAL_TILT_DEG: f64 = 2.5;
-/// The standing robot shows a tilt, whatever models get wrong of its walk: on six undisturbed
-/// robots (seed 1 of the plant) tilted sensors and slopes gained 3 at most on a stretch, where
-/// others gained 6.
-pub(super) const TILT_CHANCE_SHARE: f64 = 1.0 / 3.0;
 
 impl WalkEffect for ImuMisalignment {
     fn kind(&self) -> &'static str {
         "imu_misalignment"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "the same offset of roll and pitch, standing and walking, whatever the heading"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
         let angle = |name| {
-            Parameter::new(name, 0.0)
-                .step(0.2)
+            let prior = Prior::Normal {
+                mean: 0.0,
+                deviation: 2.5,
+            };
+            EffectParameter::new(name, prior)
                 .bounds(-30.0, 30.0)
                 .neutral(0.0)
-                .usual(0.75)
         };
         vec![angle("roll_deg"), angle("pitch_deg")]
     }
@@ -47,12 +47,8 @@ impl WalkEffect for ImuMisalignment {
         }
     }
 
-    fn rarity(&self, values: &[f64]) -> f64 {
-        (values[0].hypot(values[1]) / USUAL_TILT_DEG).powi(2)
-    }
-
-    fn chance_share(&self) -> f64 {
-        TILT_CHANCE_SHARE
+    fn replaces(&self, _: Place) -> Vec<Nuisance> {
+        [0, 1].map(Nuisance::Misalignment).into()
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

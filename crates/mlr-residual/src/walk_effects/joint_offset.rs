@@ -2,26 +2,27 @@ use std::collections::BTreeMap;
 
 use mlr_model::{Fault, Morphology, Robot};
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
+    Prior,
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
-/// The zero of a joint has moved.
+/// The zero of a joint has moved, as after its servo's horn was remounted or slipped.
+///
+/// - `angle_rad`: true angle less commanded angle, in radians; positive turns a yaw joint to the
+///   left and lifts the link of a lift joint, so that the body's corner sinks.
+/// - Prior: 0 ± 0.17 rad: half a tooth to one tooth of a horn with 25 teeth, 0.25 rad each.
+/// - Bounds: ±0.7 rad.
 #[derive(Debug)]
 pub(super) struct JointOffset;
-
-/// By how much zeros usually move: a servo's horn that is one of 25 teeth off is off by
-/// 0.25 rad.
-pub(super) const USUAL_RAD: f64 = 0.2;
 
 impl WalkEffect for JointOffset {
     fn kind(&self) -> &'static str {
         "joint_offset"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "the body leans, at rest and while that leg stands"
     }
 
@@ -29,18 +30,20 @@ impl WalkEffect for JointOffset {
         Place::links(morphology)
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: 0.0,
+            deviation: 0.17,
+        };
         vec![
-            Parameter::new("angle_rad", 0.0)
-                .step(0.02)
+            EffectParameter::new("angle_rad", prior)
                 .bounds(-0.7, 0.7)
-                .neutral(0.0)
-                .usual(0.03),
+                .neutral(0.0),
         ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        vec![vec![-0.15], vec![0.15]]
+        vec![vec![-0.12], vec![0.12]]
     }
 
     fn apply(&self, place: Place, values: &[f64], model: &mut WalkModel) {
@@ -51,8 +54,8 @@ impl WalkEffect for JointOffset {
         });
     }
 
-    fn rarity(&self, values: &[f64]) -> f64 {
-        (values[0] / USUAL_RAD).powi(2)
+    fn replaces(&self, place: Place) -> Vec<Nuisance> {
+        vec![Nuisance::JointZero(place.leg() - 1, place.link() - 1)]
     }
 
     fn report(&self, place: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

@@ -16,6 +16,7 @@ mod gyro_bias;
 mod gyro_scale;
 mod imu_misalignment;
 mod joint_offset;
+mod parameter;
 mod payload;
 mod sensor_delay;
 mod servo_lag;
@@ -26,6 +27,7 @@ mod stuck_joint;
 mod weak_leg;
 
 pub use effect::{Place, WalkEffect};
+pub use parameter::EffectParameter;
 
 /// All effects: those of the body first, then those of the sensor.
 pub const LIBRARY: &[&dyn WalkEffect] = &[
@@ -53,3 +55,6 @@ pub const LIBRARY: &[&dyn WalkEffect] = &[
 pub fn find(kind: &str) -> Option<&'static dyn WalkEffect> {
     LIBRARY.iter().copied().find(|effect| effect.kind() == kind)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,15 +1,17 @@
 use std::collections::BTreeMap;
 
-use super::{
-    Place, WalkEffect,
-    effect::{delay, named},
-};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
+    Prior,
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
-/// The servos take longer than usual to begin to follow a command.
+/// The servos take longer than described to begin to follow a command.
+///
+/// - `delay_s`: the additional latency, in seconds.
+/// - Prior: 0.05 ± 0.03 s: a busy controller or bus adds a command tick of 20 ms or a few. Assumed,
+///   not measured.
+/// - Bounds: 0 to 0.5 s.
 #[derive(Debug)]
 pub(super) struct ServoLag;
 
@@ -18,12 +20,20 @@ impl WalkEffect for ServoLag {
         "servo_lag"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "everything is done later than it was commanded"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        vec![delay()]
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: 0.05,
+            deviation: 0.03,
+        };
+        vec![
+            EffectParameter::new("delay_s", prior)
+                .bounds(0.0, 0.5)
+                .neutral(0.0),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
@@ -32,6 +42,10 @@ impl WalkEffect for ServoLag {
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
         model.servo.latency_s += values[0];
+    }
+
+    fn replaces(&self, _: Place) -> Vec<Nuisance> {
+        vec![Nuisance::Start]
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

@@ -1,12 +1,18 @@
 use std::collections::BTreeMap;
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
+    Prior,
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
-/// The servos give way more or less than usual.
+/// The servos of all legs give way more or less than described.
+///
+/// - `ln_stiffness`: logarithm of their stiffness over the described one; negative is softer.
+///   People read `stiffness`, in N m/rad.
+/// - Prior: -0.5 ± 0.5: at the end of a battery's charge a servo has about 0.6 of its torque.
+///   Assumed, not measured.
+/// - Bounds: -2.5 to 1.5, a twelfth to 4.5 times the described stiffness.
 #[derive(Debug)]
 pub(super) struct ServoStiffness;
 
@@ -21,21 +27,32 @@ impl WalkEffect for ServoStiffness {
         "servo_stiffness"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "every swing of the body is larger or smaller, and later"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        let ratio = Parameter::new("ln_stiffness", 0.0);
-        vec![ratio.step(0.06).bounds(-2.5, 1.5).neutral(0.0).usual(0.2)]
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: -0.5,
+            deviation: 0.5,
+        };
+        vec![
+            EffectParameter::new("ln_stiffness", prior)
+                .bounds(-2.5, 1.5)
+                .neutral(0.0),
+        ]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        [0.4, 0.65, 1.6].map(|share: f64| vec![share.ln()]).into()
+        [0.4, 0.65].map(|share: f64| vec![share.ln()]).into()
     }
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
         model.servo.stiffness_nm_per_rad = Self::stiffness(values, model);
+    }
+
+    fn replaces(&self, _: Place) -> Vec<Nuisance> {
+        vec![Nuisance::Stiffness]
     }
 
     fn report(&self, _: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {

@@ -2,13 +2,18 @@ use std::collections::BTreeMap;
 
 use mlr_model::{Fault, Morphology, Robot};
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
+    Prior,
     walk::{WalkModel, WalkRecord},
 };
 
-/// A link has lost its outer end.
+/// A link has lost its outer end, with that part's share of the mass.
+///
+/// - `length_lost_m`: what is missing, in metres.
+/// - Prior: 0.2 ± 0.13 of the link's length: a lost foot or a broken tip is a tenth to a third of
+///   its link. Assumed, not measured.
+/// - Bounds: 0 to 0.6 of the link's length.
 #[derive(Debug)]
 pub(super) struct ShortLink;
 
@@ -25,7 +30,7 @@ impl WalkEffect for ShortLink {
         "short_link"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "the body sinks towards that leg while it should stand"
     }
 
@@ -39,15 +44,14 @@ impl WalkEffect for ShortLink {
         places
     }
 
-    fn parameters(&self, place: Place, model: &WalkModel) -> Vec<Parameter> {
+    fn parameters(&self, place: Place, model: &WalkModel) -> Vec<EffectParameter> {
         let length_m = Self::length_m(place, &model.robot);
-        vec![
-            Parameter::new("length_lost_m", 0.0)
-                .step(0.02 * length_m)
-                .bounds(0.0, 0.6 * length_m)
-                .neutral(0.0)
-                .usual(0.03 * length_m),
-        ]
+        let prior = Prior::Normal {
+            mean: 0.2 * length_m,
+            deviation: 0.13 * length_m,
+        };
+        let lost = EffectParameter::new("length_lost_m", prior);
+        vec![lost.bounds(0.0, 0.6 * length_m).neutral(0.0)]
     }
 
     fn starts(&self, place: Place, model: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

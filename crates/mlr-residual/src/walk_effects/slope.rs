@@ -1,31 +1,35 @@
 use std::collections::BTreeMap;
 
-use super::{
-    Place, WalkEffect,
-    effect::{around, named},
-    imu_misalignment::{TILT_CHANCE_SHARE, USUAL_TILT_DEG},
-};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
+    Prior,
     walk::{WalkModel, WalkRecord},
 };
 
-/// The ground is inclined.
+/// The ground is inclined, more or otherwise than described.
+///
+/// - `rise_ahead_deg`, `rise_left_deg`: how steeply the ground rises along the first heading and
+///   to its left, in degrees, on top of the described slope. Uphill ahead pitches the body up,
+///   which is a negative pitch; uphill to the left raises its left side, a positive roll. People
+///   read `angle_deg` of the ground, and `uphill_deg` counter-clockwise from the first heading.
+/// - Prior: 0 ± 4° each: ramps in buildings rise by up to 4.8° (1 in 12), paths by twice that.
+/// - Bounds: ±20°: steeper ground throws the robot down.
 #[derive(Debug)]
 pub(super) struct Slope;
 
-/// How steep ground usually is, and how large a tilt of the sensor: a slope can be told
-/// from a tilted sensor only as far as the robot turns, and where it does not, the usual
-/// sizes decide.
-const USUAL_DEG: f64 = 6.0;
-/// Steeper ground than this would throw the robot down.
+/// Steepest rise along either axis.
 const STEEPEST_DEG: f64 = 20.0;
 
 impl Slope {
-    /// Angle of the slope and direction uphill.
-    fn polar_deg(values: &[f64]) -> (f64, f64) {
-        let angle_deg = values[0].hypot(values[1]);
-        (angle_deg, libm::atan2(values[1], values[0]).to_degrees())
+    /// Angle of the slope and direction uphill, with the slope that the model has already.
+    fn polar_deg(values: &[f64], model: &WalkModel) -> (f64, f64) {
+        let described = &model.simulation.terrain;
+        let (sin, cos) = libm::sincos(described.uphill_rad);
+        let described_deg = described.slope_rad.to_degrees();
+        let ahead_deg = values[0] + described_deg * cos;
+        let left_deg = values[1] + described_deg * sin;
+        let angle_deg = ahead_deg.hypot(left_deg);
+        (angle_deg, libm::atan2(left_deg, ahead_deg).to_degrees())
     }
 }
 
@@ -34,48 +38,37 @@ impl WalkEffect for Slope {
         "slope"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "roll and pitch as the ground's, turning with the heading; the body drifts downhill"
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        ["rise_ahead_deg", "rise_left_deg"]
-            .map(|name| {
-                Parameter::new(name, 0.0)
-                    .step(0.3)
-                    .bounds(-STEEPEST_DEG, STEEPEST_DEG)
-                    .neutral(0.0)
-                    .usual(0.5)
-            })
-            .into()
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let rise = |name| {
+            let prior = Prior::Normal {
+                mean: 0.0,
+                deviation: 4.0,
+            };
+            EffectParameter::new(name, prior)
+                .bounds(-STEEPEST_DEG, STEEPEST_DEG)
+                .neutral(0.0)
+        };
+        vec![rise("rise_ahead_deg"), rise("rise_left_deg")]
     }
 
-    /// As the standing robot leans, if its sensor sits straight; and all around.
+    /// As the standing robot leans, if its sensor sits straight.
     fn starts(&self, _: Place, _: &WalkModel, record: &WalkRecord) -> Vec<Vec<f64>> {
         let [roll_deg, pitch_deg] = record.mean_tilt_deg();
-        let mut starts = vec![vec![-pitch_deg, roll_deg]];
-        starts.extend(around(4, 4.0).into_iter().map(Vec::from));
-        starts
+        vec![vec![-pitch_deg, roll_deg]]
     }
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
-        let (angle_deg, uphill_deg) = Self::polar_deg(values);
+        let (angle_deg, uphill_deg) = Self::polar_deg(values, model);
         model.simulation.terrain.slope_rad = angle_deg.to_radians();
         model.simulation.terrain.uphill_rad = uphill_deg.to_radians();
     }
 
-    fn rarity(&self, values: &[f64]) -> f64 {
-        let (angle_deg, _) = Self::polar_deg(values);
-        (angle_deg / USUAL_DEG).powi(2) + 4.0 * (USUAL_DEG / USUAL_TILT_DEG).ln()
-    }
-
-    /// As of a tilted sensor.
-    fn chance_share(&self) -> f64 {
-        TILT_CHANCE_SHARE
-    }
-
-    fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {
-        let (angle_deg, uphill_deg) = Self::polar_deg(values);
+    fn report(&self, _: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {
+        let (angle_deg, uphill_deg) = Self::polar_deg(values, model);
         named([("angle_deg", angle_deg), ("uphill_deg", uphill_deg)])
     }
 }

@@ -3,13 +3,19 @@ use std::collections::BTreeMap;
 use mlr_model::{Fault, Morphology, Robot, kinematics};
 use nalgebra::Point3;
 
-use super::{Place, WalkEffect, effect::named, joint_offset::USUAL_RAD};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
-    walk::{WalkModel, WalkRecord},
+    Prior,
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
-/// A joint ignores its commands.
+/// A joint ignores its commands and holds one angle.
+///
+/// - `off_stance_rad`: that angle less the joint's angle in the stance, in radians; the sign is that
+///   of the joint. People read `angle_rad`, the angle itself. No value of it makes a joint move.
+/// - Prior: 0 ± 0.3 rad: a joint is stuck where it was, within the reach of its walk, or where it
+///   was knocked to. Assumed, not measured.
+/// - Bounds: ±1.2 rad.
 #[derive(Debug)]
 pub(super) struct StuckJoint;
 
@@ -34,7 +40,7 @@ impl WalkEffect for StuckJoint {
         "stuck_joint"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "that leg's share of every swing is missing, and the body leans if it is held off its stance"
     }
 
@@ -42,16 +48,16 @@ impl WalkEffect for StuckJoint {
         Place::links(morphology)
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
-        vec![
-            Parameter::new("off_stance_rad", 0.0)
-                .step(0.04)
-                .bounds(-FARTHEST_RAD, FARTHEST_RAD),
-        ]
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: 0.0,
+            deviation: 0.3,
+        };
+        vec![EffectParameter::new("off_stance_rad", prior).bounds(-FARTHEST_RAD, FARTHEST_RAD)]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        vec![vec![-0.35], vec![-0.1], vec![0.1], vec![0.35]]
+        [-0.5, -0.2, 0.2, 0.5].map(|rad| vec![rad]).into()
     }
 
     fn apply(&self, place: Place, values: &[f64], model: &mut WalkModel) {
@@ -65,11 +71,8 @@ impl WalkEffect for StuckJoint {
         model.simulation.faults.push(fault);
     }
 
-    /// A joint may be stuck anywhere; one that is only off its zero, which the walk may not
-    /// tell from it where the joint has little to do, is off by so much at most.
-    fn rarity(&self, _: &[f64]) -> f64 {
-        let offset_rad = USUAL_RAD * std::f64::consts::TAU.sqrt();
-        2.0 * (2.0 * FARTHEST_RAD / offset_rad).ln()
+    fn replaces(&self, place: Place) -> Vec<Nuisance> {
+        vec![Nuisance::JointZero(place.leg() - 1, place.link() - 1)]
     }
 
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {

@@ -2,13 +2,19 @@ use std::collections::BTreeMap;
 
 use mlr_model::{Fault, Morphology, Robot};
 
-use super::{Place, WalkEffect, effect::named};
+use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
-    Parameter,
+    Prior,
     walk::{WalkModel, WalkRecord},
 };
 
 /// The servos of one leg have lost strength.
+///
+/// - `ln_gain`: logarithm of what is left of their stiffness and torque limit, as a share; never
+///   positive. People read `gain`.
+/// - Prior: -1.1 ± 0.7: a servo that overheats, or has lost teeth, keeps about a third of its
+///   torque. Assumed, not measured.
+/// - Bounds: -3.5 to 0, a thirtieth to the whole strength.
 #[derive(Debug)]
 pub(super) struct WeakLeg;
 
@@ -17,7 +23,7 @@ impl WalkEffect for WeakLeg {
         "weak_leg"
     }
 
-    fn trace(&self) -> &'static str {
+    fn signature(&self) -> &'static str {
         "the body sinks towards that leg while it stands"
     }
 
@@ -25,13 +31,15 @@ impl WalkEffect for WeakLeg {
         Place::legs(morphology)
     }
 
-    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<Parameter> {
+    fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
+        let prior = Prior::Normal {
+            mean: -1.1,
+            deviation: 0.7,
+        };
         vec![
-            Parameter::new("ln_gain", 0.0)
-                .step(0.08)
+            EffectParameter::new("ln_gain", prior)
                 .bounds(-3.5, 0.0)
-                .neutral(0.0)
-                .usual(0.15),
+                .neutral(0.0),
         ]
     }
 

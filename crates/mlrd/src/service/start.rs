@@ -44,8 +44,8 @@ impl Service {
         let explainer = settings
             .explains()
             .then(|| {
-                let tracing = settings.tracing.clone();
-                Explainer::new(known, tracing, messages.clone(), send_explained)
+                let explanation = settings.explanation.clone();
+                Explainer::new(known, explanation, messages.clone(), send_explained)
             })
             .transpose()?;
         let identification = &settings.identification;

@@ -1,0 +1,390 @@
+//! What may be the case with a robot, and how it would walk then.
+
+use mlr_filter::OrientationSeries;
+use mlr_model::{LostLinks, Morphology};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::{Nuisance, NuisanceSettings, Observation, Prediction, WalkModel, discrepancy::Spread};
+use crate::walk_effects::{EffectParameter, Place, WalkEffect};
+
+/// A morphology, what became of its lost links, and effects at places.
+#[derive(Debug, Clone)]
+pub(crate) struct Hypothesis {
+    pub(crate) morphology: Morphology,
+    pub(crate) lost_links: LostLinks,
+    pub(crate) effects: Vec<Placement>,
+}
+
+/// An effect at a place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placement {
+    pub(crate) effect: &'static dyn WalkEffect,
+    pub(crate) place: Place,
+}
+
+impl PartialEq for Placement {
+    fn eq(&self, other: &Self) -> bool {
+        self.effect.kind() == other.effect.kind() && self.place == other.place
+    }
+}
+
+/// One parameter of a hypothesis. Its coordinate has a standard normal prior.
+#[derive(Debug, Clone)]
+enum Coordinate {
+    Nuisance(Nuisance),
+    /// A nuisance parameter that an effect replaces: always 0. It keeps its place, because hypotheses on one
+    /// robot share sensitivities.
+    Replaced,
+    /// Of effect `effect`, one parameter.
+    Effect {
+        effect: usize,
+        parameter: EffectParameter,
+    },
+}
+
+/// A hypothesis with everything needed to predict its walk.
+#[derive(Debug, Clone)]
+pub(crate) struct Walker<'a> {
+    pub(crate) hypothesis: Hypothesis,
+    observation: &'a Observation<'a>,
+    settings: &'a NuisanceSettings,
+    nominal: WalkModel,
+    coordinates: Vec<Coordinate>,
+}
+
+/// How the robot of a hypothesis walks with these parameters.
+#[derive(Debug, Clone)]
+pub(crate) struct Walked {
+    /// Coordinates of the parameters.
+    pub(crate) z: DVector<f64>,
+    pub(crate) model: WalkModel,
+    pub(crate) body: OrientationSeries,
+    pub(crate) prediction: Prediction,
+    /// Measured less predicted.
+    pub(crate) residual: DVector<f64>,
+}
+
+impl<'a> Walker<'a> {
+    pub(crate) fn new(
+        hypothesis: Hypothesis,
+        observation: &'a Observation<'a>,
+        settings: &'a NuisanceSettings,
+        nominal: &WalkModel,
+    ) -> Self {
+        let mut nominal = nominal.clone();
+        nominal.simulation.lost_links = hypothesis.lost_links;
+        if observation.record.is_dead_reckoned() {
+            nominal.sensing.filter_time_s = f64::INFINITY;
+        }
+        let nuisances = Nuisance::of(&hypothesis.morphology, observation.record);
+        let effects = hypothesis.effects.iter();
+        let replaced: Vec<Nuisance> = effects
+            .flat_map(|placed| placed.effect.replaces(placed.place))
+            .collect();
+        let nuisances = nuisances.into_iter();
+        let mut coordinates: Vec<Coordinate> = nuisances
+            .map(|nuisance| match replaced.contains(&nuisance) {
+                true => Coordinate::Replaced,
+                false => Coordinate::Nuisance(nuisance),
+            })
+            .collect();
+        for (index, placed) in hypothesis.effects.iter().enumerate() {
+            let parameters = placed.effect.parameters(placed.place, &nominal).into_iter();
+            coordinates.extend(parameters.map(|parameter| Coordinate::Effect {
+                effect: index,
+                parameter,
+            }));
+        }
+        Self {
+            hypothesis,
+            observation,
+            settings,
+            nominal,
+            coordinates,
+        }
+    }
+
+    /// Coordinates of a robot as described, with these values of the effects' parameters.
+    pub(crate) fn described(&self, values: &[Vec<f64>]) -> DVector<f64> {
+        self.with_values(DVector::zeros(self.dimension()), values)
+    }
+
+    pub(crate) fn dimension(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// Number of nuisance parameters, which come first.
+    pub(crate) fn nuisances(&self) -> usize {
+        let is_of_effect = |c: &&Coordinate| matches!(c, Coordinate::Effect { .. });
+        self.dimension() - self.coordinates.iter().filter(is_of_effect).count()
+    }
+
+    /// Logarithm of what bounds of parameters add to the density of the coordinates' prior: it is
+    /// standard normal without them.
+    pub(crate) fn ln_truncation(&self) -> f64 {
+        let each = self.coordinates.iter().map(|coordinate| match coordinate {
+            Coordinate::Nuisance(_) | Coordinate::Replaced => 0.0,
+            Coordinate::Effect { parameter, .. } => parameter.ln_truncation(),
+        });
+        each.sum()
+    }
+
+    /// Moves coordinates inside the bounds of their parameters.
+    pub(crate) fn clamp(&self, z: &mut DVector<f64>) {
+        for (z, coordinate) in z.iter_mut().zip(&self.coordinates) {
+            match coordinate {
+                Coordinate::Effect { parameter, .. } => *z = parameter.within_bounds(*z),
+                Coordinate::Replaced => *z = 0.0,
+                Coordinate::Nuisance(_) => {}
+            }
+        }
+    }
+
+    /// Sets what does not depend on coordinates that an effect replaces to 0.
+    pub(crate) fn without_replaced(&self, mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
+        for (k, coordinate) in self.coordinates.iter().enumerate() {
+            if matches!(coordinate, Coordinate::Replaced) && k < jacobian.ncols() {
+                jacobian.column_mut(k).fill(0.0);
+            }
+        }
+        jacobian
+    }
+
+    /// The values of each effect's parameters.
+    pub(crate) fn values(&self, z: &DVector<f64>) -> Vec<Vec<f64>> {
+        let mut values = vec![Vec::new(); self.hypothesis.effects.len()];
+        for (z, coordinate) in z.iter().zip(&self.coordinates) {
+            if let Coordinate::Effect { effect, parameter } = coordinate {
+                values[*effect].push(parameter.value(*z));
+            }
+        }
+        values
+    }
+
+    /// Coordinates with these values of the effects' parameters.
+    pub(crate) fn with_values(&self, mut z: DVector<f64>, values: &[Vec<f64>]) -> DVector<f64> {
+        let mut values = values.iter().flatten();
+        for (z, coordinate) in z.iter_mut().zip(&self.coordinates) {
+            if let Coordinate::Effect { parameter, .. } = coordinate
+                && let Some(value) = values.next()
+            {
+                *z = parameter.coordinate(*value);
+            }
+        }
+        z
+    }
+
+    /// The robot as calibrated, its effects left out.
+    pub(crate) fn without_effects_model(&self, z: &DVector<f64>) -> WalkModel {
+        let mut model = self.nominal.clone();
+        let record = self.observation.record;
+        for (z, coordinate) in z.iter().zip(&self.coordinates) {
+            if let Coordinate::Nuisance(nuisance) = coordinate {
+                nuisance.apply(self.settings, *z, record, &mut model);
+            }
+        }
+        model
+    }
+
+    /// The robot with these parameters.
+    pub(crate) fn model(&self, z: &DVector<f64>) -> WalkModel {
+        let mut model = self.without_effects_model(z);
+        let values = self.values(z);
+        for (placed, values) in self.hypothesis.effects.iter().zip(&values) {
+            placed.effect.apply(placed.place, values, &mut model);
+        }
+        model
+    }
+
+    /// `None` when the walk diverges or a value makes no sense.
+    pub(crate) fn walk(&self, z: DVector<f64>) -> Option<Walked> {
+        let model = self.model(&z);
+        let samples = self.observation.samples();
+        let record = self.observation.record;
+        let body = model
+            .walk(&self.hypothesis.morphology, record, samples)
+            .ok()??;
+        Some(self.seen(z, model, body))
+    }
+
+    /// The same where the body is known to walk like this: coordinates of the sensor alone differ.
+    pub(crate) fn walk_like(&self, z: DVector<f64>, body: &OrientationSeries) -> Walked {
+        let model = self.model(&z);
+        self.seen(z, model, body.clone())
+    }
+
+    fn seen(&self, z: DVector<f64>, model: WalkModel, body: OrientationSeries) -> Walked {
+        let record = self.observation.record;
+        let prediction = model.predict(&body, record, self.observation.samples());
+        let residual = self.observation.residual(&prediction);
+        Walked {
+            z,
+            model,
+            body,
+            prediction,
+            residual,
+        }
+    }
+
+    /// How far robots of one make spread in this walk, by its sensitivities to nuisance parameters
+    /// of the body.
+    pub(crate) fn spread(&self, jacobian: &DMatrix<f64>) -> Spread {
+        let of_body = (0..self.nuisances()).filter(|k| !self.is_of_sensing(*k));
+        self.observation.spread(of_body.map(|k| jacobian.column(k)))
+    }
+
+    /// Change of the prediction per unit of each coordinate in `columns`, in their
+    /// order. One whose walk diverges has none.
+    pub(crate) fn jacobian(&self, at: &Walked, columns: std::ops::Range<usize>) -> DMatrix<f64> {
+        let record = self.observation.record;
+        let samples = self.observation.samples();
+        let columns: Vec<usize> = columns.collect();
+        let changes: Vec<DVector<f64>> = columns
+            .par_iter()
+            .map(|&k| {
+                if matches!(self.coordinates[k], Coordinate::Replaced) {
+                    return DVector::zeros(self.observation.len());
+                }
+                let mut moved = at.z.clone();
+                let step = self.step(k, &at.z);
+                moved[k] += step;
+                let model = self.model(&moved);
+                let prediction = if self.is_of_sensing(k) {
+                    Some(model.predict(&at.body, record, samples))
+                } else {
+                    let walked = model.walk(&self.hypothesis.morphology, record, samples);
+                    walked
+                        .ok()
+                        .flatten()
+                        .map(|body| model.predict(&body, record, samples))
+                };
+                prediction.map_or_else(
+                    || DVector::zeros(self.observation.len()),
+                    |to| self.observation.change(&at.prediction, &to) / step,
+                )
+            })
+            .collect();
+        if changes.is_empty() {
+            return DMatrix::zeros(self.observation.len(), 0);
+        }
+        DMatrix::from_columns(&changes)
+    }
+
+    /// A step of a coordinate that stays within its bounds.
+    fn step(&self, k: usize, z: &DVector<f64>) -> f64 {
+        match &self.coordinates[k] {
+            Coordinate::Nuisance(_) | Coordinate::Replaced => 1.0,
+            Coordinate::Effect { parameter, .. } => {
+                let step = 0.2;
+                let ahead = z[k] + step;
+                if parameter.within_bounds(ahead) < ahead {
+                    -step
+                } else {
+                    step
+                }
+            }
+        }
+    }
+
+    /// Whether the body walks the same whatever the value of coordinate `k`.
+    pub(crate) fn is_of_sensing(&self, k: usize) -> bool {
+        match &self.coordinates[k] {
+            Coordinate::Nuisance(nuisance) => nuisance.is_of_sensing(),
+            Coordinate::Replaced => true,
+            Coordinate::Effect { effect, .. } => {
+                self.hypothesis.effects[*effect].effect.is_of_sensing()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_filter::Axes;
+    use mlr_model::{Gait, Robot, SimulationSettings};
+
+    use super::*;
+    use crate::walk::{Discrepancy, WalkRecord};
+    use crate::walk_effects::find;
+
+    /// What `of` makes of a whole robot that stands for a second, walks for three, and may have
+    /// these effects.
+    fn with_walker<T>(effects: &[(&str, Place)], of: impl Fn(&Walker<'_>) -> T) -> T {
+        let robot = Robot::jethexa();
+        let morphology = Morphology::healthy(&robot.layout());
+        let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
+        let times_s: Vec<f64> = (0..420).map(|i| f64::from(i) * 0.01).collect();
+        let level = Axes::from_fn(|_| vec![0.0; times_s.len()]);
+        let recording = OrientationSeries::new(times_s, level).unwrap();
+        let record = WalkRecord::new(&recording, 1.0, true, 1.0, None).unwrap();
+        let discrepancy = Discrepancy::default();
+        let observation = Observation::new(&record, &discrepancy, nominal.gait.period_s);
+        let settings = NuisanceSettings::default();
+        let placements = effects.iter().map(|(kind, place)| Placement {
+            effect: find(kind).unwrap(),
+            place: *place,
+        });
+        let hypothesis = Hypothesis {
+            morphology,
+            lost_links: LostLinks::Absent,
+            effects: placements.collect(),
+        };
+        of(&Walker::new(hypothesis, &observation, &settings, &nominal))
+    }
+
+    const WEAK: (&str, Place) = ("weak_leg", Place::Leg(2));
+    const DELAY: (&str, Place) = ("sensor_delay", Place::Robot);
+
+    /// Logarithm of the mass of the standard normal prior of the coordinates that their bounds
+    /// leave, coordinate by coordinate.
+    fn ln_mass(walker: &Walker<'_>) -> f64 {
+        let steps = 40_000;
+        let width = 20.0 / f64::from(steps);
+        let each = (walker.nuisances()..walker.dimension()).map(|k| {
+            let possible = (0..steps)
+                .map(|i| -10.0 + (f64::from(i) + 0.5) * width)
+                .filter(|x| {
+                    let mut z = DVector::zeros(walker.dimension());
+                    z[k] = *x;
+                    walker.clamp(&mut z);
+                    (z[k] - x).abs() < 1e-12
+                });
+            let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+            (possible.map(density).sum::<f64>() * width).ln()
+        });
+        each.sum()
+    }
+
+    #[test]
+    fn the_prior_of_a_hypothesis_integrates_to_one_over_the_bounds_of_its_parameters() {
+        for effects in [&[WEAK][..], &[DELAY], &[WEAK, DELAY]] {
+            let total = with_walker(effects, |walker| walker.ln_truncation() + ln_mass(walker));
+            assert!(total.abs() < 1e-3, "{effects:?}: {total}");
+        }
+        // Control: without the correction, some of it is lost beyond the bounds.
+        let lost = with_walker(&[WEAK, DELAY], ln_mass);
+        assert!(lost < -0.08, "{lost}");
+        let bare = with_walker(&[], |walker| walker.ln_truncation());
+        assert_eq!(bare, 0.0);
+    }
+
+    #[test]
+    fn coordinates_are_clamped_to_the_bounds_and_values_read_back() {
+        with_walker(&[WEAK, DELAY], |walker| {
+            let values = vec![vec![-0.7], vec![0.02]];
+            let z = walker.described(&values);
+            for (seen, value) in walker
+                .values(&z)
+                .iter()
+                .flatten()
+                .zip(values.iter().flatten())
+            {
+                assert!((seen - value).abs() < 1e-12);
+            }
+            let mut beyond = walker.described(&[vec![0.4], vec![-0.1]]);
+            walker.clamp(&mut beyond);
+            assert_eq!(beyond, walker.described(&[vec![0.0], vec![0.0]]));
+        });
+    }
+}

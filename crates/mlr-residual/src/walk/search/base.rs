@@ -1,0 +1,199 @@
+//! A robot without effects, and how sensitive its walk is.
+
+use mlr_model::{LostLinks, Morphology};
+use nalgebra::DMatrix;
+
+use crate::walk::{
+    NuisanceSettings, Observation, WalkModel,
+    evidence::{Fit, LinearModel, ln_evidence},
+    hypothesis::{Hypothesis, Placement, Walked, Walker},
+    observation::Whitening,
+};
+
+/// Steps from the robot as described, and from there on with slopes taken anew.
+const FIRST_STEPS: usize = 2;
+const REFERENCE_STEPS: usize = 3;
+
+/// What every hypothesis about a record has in common.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Setting<'a> {
+    pub(crate) observation: &'a Observation<'a>,
+    pub(crate) nuisance: &'a NuisanceSettings,
+    pub(crate) nominal: &'a WalkModel,
+}
+
+/// A morphology with lost links gone or locked, as described and without effects: hypotheses on it
+/// share its sensitivities.
+#[derive(Debug)]
+pub(crate) struct Base<'a> {
+    pub(crate) setting: Setting<'a>,
+    pub(crate) morphology: Morphology,
+    pub(crate) lost_links: LostLinks,
+    /// Logarithm of its prior probability.
+    pub(crate) ln_prior: f64,
+    /// The leg, from 1, that effects must be on: one restored that another hypothesis takes for lost.
+    pub(crate) only_leg: Option<usize>,
+    /// Its most probable walk without effects: what effects are added to.
+    pub(crate) reference: Walked,
+    pub(crate) jacobian: DMatrix<f64>,
+    pub(crate) whitening: Whitening,
+    whitened_jacobian: DMatrix<f64>,
+}
+
+impl<'a> Base<'a> {
+    /// After a first step from the robot as described; `None` when it does not walk.
+    pub(crate) fn new(
+        setting: Setting<'a>,
+        morphology: &Morphology,
+        lost_links: LostLinks,
+        ln_prior: f64,
+        only_leg: Option<usize>,
+    ) -> Option<Self> {
+        let hypothesis = Hypothesis {
+            morphology: morphology.clone(),
+            lost_links,
+            effects: Vec::new(),
+        };
+        let walker = setting.walker(hypothesis);
+        let described = walker.walk(walker.described(&[]))?;
+        let jacobian = walker.jacobian(&described, 0..walker.dimension());
+        let whitening = setting.observation.whitening(walker.spread(&jacobian))?;
+        let fit = walker.integrated(described, jacobian, &whitening);
+        let fit = walker.advanced(fit, &whitening, FIRST_STEPS);
+        Some(Self {
+            whitened_jacobian: whitening.apply(&fit.jacobian),
+            setting,
+            morphology: morphology.clone(),
+            lost_links,
+            ln_prior,
+            only_leg,
+            reference: fit.walked,
+            jacobian: fit.jacobian,
+            whitening,
+        })
+    }
+
+    /// The same at its most probable walk.
+    pub(crate) fn settled(self) -> Option<Self> {
+        let walker = self.with(Vec::new());
+        let fit = walker.integrated(self.reference, self.jacobian, &self.whitening);
+        let fit = walker.relinearised(fit, &self.whitening);
+        let fit = walker.advanced(fit, &self.whitening, REFERENCE_STEPS);
+        let jacobian = fit.jacobian;
+        let whitening = self
+            .setting
+            .observation
+            .whitening(walker.spread(&jacobian))?;
+        Some(Self {
+            whitened_jacobian: whitening.apply(&jacobian),
+            reference: fit.walked,
+            jacobian,
+            whitening,
+            ..self
+        })
+    }
+
+    /// The same robot over another stretch of the walk, begun from these parameters.
+    pub(crate) fn continued(&self, setting: Setting<'a>) -> Option<Self> {
+        let walker = setting.walker(self.with(Vec::new()).hypothesis);
+        let walked = walker.walk(self.reference.z.clone())?;
+        let jacobian = walker.jacobian(&walked, 0..walker.dimension());
+        let whitening = setting.observation.whitening(walker.spread(&jacobian))?;
+        let fit = walker.integrated(walked, jacobian, &whitening);
+        let fit = walker.advanced(fit, &whitening, REFERENCE_STEPS);
+        Some(Self {
+            whitened_jacobian: whitening.apply(&fit.jacobian),
+            setting,
+            morphology: self.morphology.clone(),
+            reference: fit.walked,
+            jacobian: fit.jacobian,
+            whitening,
+            ..*self
+        })
+    }
+
+    /// Logarithm of the evidence of this robot without effects.
+    pub(crate) fn ln_evidence(&self) -> f64 {
+        let Walked { residual, z, .. } = &self.reference;
+        ln_evidence(&self.whitening, residual, z, &self.jacobian).0
+    }
+
+    /// The hypothesis that this robot has these effects.
+    pub(crate) fn with(&self, effects: Vec<Placement>) -> Walker<'a> {
+        self.setting.walker(Hypothesis {
+            morphology: self.morphology.clone(),
+            lost_links: self.lost_links,
+            effects,
+        })
+    }
+
+    /// The linear model of the robot as described with what `starts` add to its prediction.
+    /// Effects stay near their starts where they are `held`.
+    pub(crate) fn linear(&self, starts: &[&super::screening::Start], held: bool) -> LinearModel {
+        let p = self.whitened_jacobian.ncols();
+        let columns = starts
+            .iter()
+            .map(|start| start.jacobian.ncols())
+            .sum::<usize>();
+        let mut residual = self.reference.residual.clone();
+        let mut coordinates = self.reference.z.clone().insert_rows(p, columns, 0.0);
+        let mut own = DMatrix::zeros(residual.len(), columns);
+        let mut next = 0;
+        for start in starts {
+            let count = start.jacobian.ncols();
+            residual -= &start.change;
+            coordinates
+                .rows_mut(p + next, count)
+                .copy_from(&start.coordinates);
+            own.columns_mut(next, count).copy_from(&start.jacobian);
+            next += count;
+        }
+        let mut jacobian = self
+            .whitened_jacobian
+            .clone()
+            .insert_columns(p, columns, 0.0);
+        jacobian
+            .columns_mut(p, columns)
+            .copy_from(&self.whitening.apply(&own));
+        let walker = self.with(starts.iter().map(|start| start.placement).collect());
+        walker.clamp(&mut coordinates);
+        LinearModel {
+            residual: self.whitening.apply_to(&residual),
+            coordinates,
+            jacobian: walker.without_replaced(jacobian),
+            held: if held { columns } else { 0 },
+        }
+    }
+
+    /// The linear model of a fit on this base with what `start` adds to its prediction, for the hypothesis of
+    /// `walker`.
+    pub(crate) fn linear_beside(
+        &self,
+        walker: &Walker<'_>,
+        fit: &Fit,
+        start: &super::screening::Start,
+    ) -> LinearModel {
+        let p = fit.jacobian.ncols();
+        let count = start.jacobian.ncols();
+        let mut jacobian = fit.jacobian.clone().insert_columns(p, count, 0.0);
+        jacobian.columns_mut(p, count).copy_from(&start.jacobian);
+        let mut coordinates = fit.walked.z.clone().insert_rows(p, count, 0.0);
+        coordinates.rows_mut(p, count).copy_from(&start.coordinates);
+        let jacobian = walker.without_replaced(jacobian);
+        walker.clamp(&mut coordinates);
+        LinearModel {
+            residual: self
+                .whitening
+                .apply_to(&(&fit.walked.residual - &start.change)),
+            coordinates,
+            jacobian: self.whitening.apply(&jacobian),
+            held: count,
+        }
+    }
+}
+
+impl<'a> Setting<'a> {
+    pub(crate) fn walker(&self, hypothesis: Hypothesis) -> Walker<'a> {
+        Walker::new(hypothesis, self.observation, self.nuisance, self.nominal)
+    }
+}

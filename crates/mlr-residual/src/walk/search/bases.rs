@@ -1,0 +1,171 @@
+//! The robots that effects are added to.
+
+use std::sync::Arc;
+
+use mlr_model::{LostLinks, Morphology};
+use rayon::prelude::*;
+
+use super::{Judged, Search, Suspect, base::Base, proposals::Screened, screening, sort_judged};
+
+/// Hypotheses whose logarithm of the weight falls so far behind that no fit brings them back.
+const HOPELESS: f64 = 30.0;
+
+impl<'a> Search<'a, '_> {
+    pub(super) fn bases(&self, suspects: &[Suspect]) -> Vec<Arc<Base<'a>>> {
+        let both = [LostLinks::Absent, LostLinks::Locked];
+        let healthy = suspects.first().map(|first| {
+            let morphology = Morphology::healthy(&first.morphology.layout());
+            Suspect {
+                ln_prior: (self.ln_prior)(&morphology),
+                morphology,
+            }
+        });
+        let is_healthy = |suspect: &&Suspect| suspect.morphology.is_healthy();
+        // A robot that lacks no link is likelier than any other, whatever the identification says.
+        let wanted: Vec<(&Suspect, LostLinks)> = healthy
+            .iter()
+            .chain(suspects.iter().filter(|suspect| !is_healthy(suspect)))
+            .flat_map(|suspect| {
+                let states = if suspect.morphology.is_healthy() {
+                    &both[..1]
+                } else {
+                    &both[..]
+                };
+                states.iter().map(move |state| (suspect, *state))
+            })
+            .take(2 * self.effort.bases)
+            .collect();
+        self.progress.expect_more(wanted.len());
+        let first: Vec<Base<'a>> = wanted
+            .into_par_iter()
+            .filter_map(|(suspect, lost_links)| {
+                let base = Base::new(
+                    self.beginning,
+                    &suspect.morphology,
+                    lost_links,
+                    suspect.ln_prior,
+                    None,
+                );
+                self.progress.advance();
+                base
+            })
+            .collect();
+        let weight = |base: &Base<'a>| self.ln_weight_of(base);
+        let mut ranked: Vec<(f64, Base<'a>)> = first
+            .into_iter()
+            .map(|base| (weight(&base), base))
+            .collect();
+        ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let best = ranked.first().map_or(0.0, |(weight, _)| *weight);
+        // A first step says little of robots that stand a long way from their description: the one
+        // identified and one that lacks no link go on in any case.
+        let identified = suspects.first().map(|suspect| &suspect.morphology);
+        let goes_on =
+            |base: &Base<'a>| base.morphology.is_healthy() || Some(&base.morphology) == identified;
+        let mut others = self.effort.bases;
+        let mut kept: Vec<Base<'a>> = Vec::new();
+        for (weight, base) in ranked {
+            if goes_on(&base) {
+                kept.push(base);
+            } else if others > 0 && weight > best - HOPELESS {
+                others -= 1;
+                kept.push(base);
+            }
+        }
+        kept.into_par_iter()
+            .filter_map(|base| base.settled().map(Arc::new))
+            .collect()
+    }
+
+    /// Logarithm of the weight of a base without effects.
+    pub(super) fn ln_weight_of(&self, base: &Base<'a>) -> f64 {
+        base.ln_evidence() + self.ln_prior(base, &base.with(Vec::new()))
+    }
+
+    pub(super) fn without_effects(&self, bases: &[Arc<Base<'a>>]) -> Vec<Judged<'a>> {
+        let mut judged: Vec<Judged<'a>> = bases
+            .iter()
+            .map(|base| {
+                let walker = base.with(Vec::new());
+                let fit = walker.integrated(
+                    base.reference.clone(),
+                    base.jacobian.clone(),
+                    &base.whitening,
+                );
+                self.judge(base, walker, fit)
+            })
+            .collect();
+        sort_judged(&mut judged);
+        judged
+    }
+
+    /// The starts of effects on the likeliest robots, of each set of damaged legs and state of the lost
+    /// links one, as long as they may still win.
+    pub(super) fn screened(&self, ranked: &[Judged<'a>]) -> Vec<Screened<'a>> {
+        let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
+        for judged in ranked {
+            let base = &judged.base;
+            let alike = |other: &&Arc<Base<'a>>| {
+                other.morphology.damaged_legs() == base.morphology.damaged_legs()
+                    && other.lost_links == base.lost_links
+            };
+            if !bases.iter().any(|other| alike(&other)) && bases.len() < self.effort.screened {
+                bases.push(Arc::clone(base));
+            }
+        }
+        let restored = self.restored(&bases[..bases.len().min(1)]);
+        let mut screened: Vec<Screened<'a>> = Vec::new();
+        let mut best = f64::NEG_INFINITY;
+        for base in bases.into_iter().chain(restored) {
+            if base.only_leg.is_none() && self.ln_weight_of(&base) < best - HOPELESS {
+                continue;
+            }
+            let on = Screened {
+                starts: screening::starts(&base, self.progress),
+                base,
+            };
+            let weights = (0..on.starts.len())
+                .into_par_iter()
+                .map(|k| self.proposal(&on, 0, vec![k]).ln_weight);
+            best = best.max(weights.reduce(|| f64::NEG_INFINITY, f64::max));
+            screened.push(on);
+        }
+        screened
+    }
+
+    /// Each damaged leg as a whole one that effects are on: a leg that does not do its part passes
+    /// for a lost one.
+    fn restored(&self, bases: &[Arc<Base<'a>>]) -> Vec<Arc<Base<'a>>> {
+        let mut wanted: Vec<(Morphology, LostLinks, f64, usize)> = Vec::new();
+        for base in bases {
+            for leg in base.morphology.damaged_legs() {
+                let restored = base
+                    .morphology
+                    .clone()
+                    .with_remaining(leg - 1, base.morphology.links(leg - 1));
+                let lost_links = if restored.is_healthy() {
+                    LostLinks::Absent
+                } else {
+                    base.lost_links
+                };
+                let known = |m: &Morphology, l: LostLinks| *m == restored && l == lost_links;
+                let is_new = !wanted
+                    .iter()
+                    .any(|(m, l, _, only)| known(m, *l) && *only == leg)
+                    && !bases.iter().any(|b| known(&b.morphology, b.lost_links));
+                if is_new {
+                    let ln_prior = (self.ln_prior)(&restored);
+                    wanted.push((restored, lost_links, ln_prior, leg));
+                }
+            }
+        }
+        wanted
+            .into_par_iter()
+            .filter_map(|(morphology, lost_links, ln_prior, leg)| {
+                Base::new(self.beginning, &morphology, lost_links, ln_prior, Some(leg))?
+                    .settled()
+                    .map(Arc::new)
+            })
+            .collect()
+    }
+}

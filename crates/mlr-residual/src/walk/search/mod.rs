@@ -1,0 +1,171 @@
+//! The search for hypotheses: it proposes, and evidence decides.
+
+pub(crate) mod base;
+mod bases;
+pub(crate) mod prior;
+mod proposals;
+mod race;
+pub(crate) mod screening;
+mod whole;
+
+use std::sync::Arc;
+
+use mlr_filter::SettingError;
+use mlr_model::Morphology;
+use serde::{Deserialize, Serialize};
+
+use self::{
+    base::{Base, Setting},
+    prior::EffectPrior,
+    proposals::sort,
+};
+use super::{evidence::Fit, hypothesis::Walker};
+use crate::Progress;
+
+/// A morphology that the robot may have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suspect {
+    /// Which links are left.
+    pub morphology: Morphology,
+    /// Logarithm of its probability before the record is compared with its walk.
+    pub ln_prior: f64,
+}
+
+/// A hypothesis with its evidence.
+#[derive(Debug, Clone)]
+pub(crate) struct Judged<'a> {
+    pub(crate) base: Arc<Base<'a>>,
+    pub(crate) walker: Walker<'a>,
+    pub(crate) fit: Fit,
+    /// Logarithm of evidence times prior probability.
+    pub(crate) ln_weight: f64,
+}
+
+/// How much is tried. Each number bounds the effort and decides nothing: what is left out scored
+/// lower before it was fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Effort {
+    /// Morphologies whose sensitivities are computed.
+    pub bases: usize,
+    /// Of these, those on which every effect is screened.
+    pub screened: usize,
+    /// Hypotheses that are walked at all, of those whose linear models promise most.
+    pub entrants: usize,
+    /// The same of those with an effect more than the likeliest of these.
+    pub further_entrants: usize,
+    /// Hypotheses that a further effect is tried on.
+    pub extended: usize,
+    /// Effects at most.
+    pub most_effects: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self {
+            bases: 3,
+            screened: 3,
+            entrants: 64,
+            further_entrants: 16,
+            extended: 3,
+            most_effects: 2,
+        }
+    }
+}
+
+impl Effort {
+    /// Checks every number. No effects at all are valid.
+    ///
+    /// # Errors
+    /// [`SettingError`] naming the first that makes no sense.
+    pub fn check(&self) -> Result<(), SettingError> {
+        for (name, count) in [
+            ("bases", self.bases),
+            ("screened", self.screened),
+            ("entrants", self.entrants),
+            ("further_entrants", self.further_entrants),
+            ("extended", self.extended),
+            ("most_effects", self.most_effects),
+        ] {
+            SettingError::check(name, count, 0..=1000, "")?;
+        }
+        Ok(())
+    }
+}
+
+/// Hypotheses without effects that are kept: one with the lost links gone, one with them locked.
+const BARE: usize = 2;
+
+/// The search: over the beginning of the walk first, where walks differ smoothly from each other, then
+/// over the whole stretch.
+pub(crate) struct Search<'a, 'p> {
+    pub(crate) setting: Setting<'a>,
+    /// The same with the beginning of the walk alone.
+    pub(crate) beginning: Setting<'a>,
+    pub(crate) prior: EffectPrior,
+    pub(crate) effort: Effort,
+    pub(crate) kinds: usize,
+    pub(crate) progress: &'p dyn Progress,
+    /// Logarithm of the prior probability of a morphology.
+    pub(crate) ln_prior: &'p (dyn Fn(&Morphology) -> f64 + Sync),
+}
+
+impl<'a> Search<'a, '_> {
+    /// Every hypothesis that was fitted over the whole stretch, in no order.
+    pub(crate) fn run(&self, suspects: &[Suspect]) -> Vec<Judged<'a>> {
+        let bases = self.bases(suspects);
+        let bare = self.without_effects(&bases);
+        if self.effort.most_effects == 0 {
+            return self.over_the_whole_stretch(&bare);
+        }
+        let screened = self.screened(&bare);
+        let mut proposals = self.singles(&screened);
+        if self.effort.most_effects > 1 {
+            proposals.extend(self.pairs(&screened, &proposals));
+        }
+        sort(&mut proposals);
+        let entrants = self.entrants(&screened, &bare, proposals, self.effort.entrants);
+        let bare = bare.into_iter().take(BARE);
+        let mut ranked = self.race(entrants.into_iter().chain(bare).collect());
+        for _ in 1..self.effort.most_effects {
+            let proposals = self.extensions(&screened, &ranked);
+            let most = self.effort.further_entrants;
+            let entrants = self.entrants(&screened, &ranked, proposals, most);
+            ranked.extend(self.race(entrants));
+            sort_judged(&mut ranked);
+        }
+        self.over_the_whole_stretch(&ranked)
+    }
+
+    /// What turns the logarithm of a hypothesis' evidence, whose parameters have standard normal
+    /// priors, into that of its weight.
+    fn ln_prior(&self, base: &Base<'_>, walker: &Walker<'_>) -> f64 {
+        let effects = &walker.hypothesis.effects;
+        base.ln_prior
+            + self.prior.ln_lost_links(&base.morphology, base.lost_links)
+            + self
+                .prior
+                .ln_effects(effects, self.kinds, self.setting.nominal, &base.morphology)
+            + walker.ln_truncation()
+    }
+
+    fn judge(&self, base: &Arc<Base<'a>>, walker: Walker<'a>, fit: Fit) -> Judged<'a> {
+        let ln_weight = fit.ln_evidence + self.ln_prior(base, &walker);
+        // What cannot be weighed is not in question.
+        let ln_weight = if ln_weight.is_nan() {
+            f64::NEG_INFINITY
+        } else {
+            ln_weight
+        };
+        Judged {
+            base: Arc::clone(base),
+            walker,
+            fit,
+            ln_weight,
+        }
+    }
+}
+
+fn sort_judged(judged: &mut [Judged<'_>]) {
+    judged.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+}

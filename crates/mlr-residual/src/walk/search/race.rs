@@ -1,0 +1,210 @@
+//! The race of hypotheses: all take a step, the likelier half goes on.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{
+    Judged, Search,
+    base::Base,
+    proposals::{Proposal, Screened},
+    screening::Start,
+    sort_judged,
+};
+use crate::walk::hypothesis::Placement;
+
+/// Hypotheses with one set of kinds that enter.
+const OF_A_KIND: usize = 6;
+/// So many take slopes of their own, the others those of the base.
+const REFINED: usize = 6;
+/// The likeliest of these take them a second time.
+const FINALISTS: usize = 2;
+/// Steps on slopes of their own.
+pub(super) const LAST_STEPS: usize = 2;
+
+impl<'a> Search<'a, '_> {
+    /// The most promising, not too many of one kind, each walked where its linear model is
+    /// likeliest.
+    pub(super) fn entrants(
+        &self,
+        screened: &[Screened<'a>],
+        known: &[Judged<'a>],
+        ranked: Vec<Proposal>,
+        most: usize,
+    ) -> Vec<Judged<'a>> {
+        let mut chosen: Vec<Proposal> = Vec::new();
+        for proposal in ranked {
+            let kinds = |p: &Proposal| -> Vec<&'static str> {
+                p.placements(screened)
+                    .iter()
+                    .map(|p| p.effect.kind())
+                    .collect()
+            };
+            let alike = chosen.iter().filter(|c| kinds(c) == kinds(&proposal));
+            if chosen.len() < most && alike.count() < OF_A_KIND {
+                chosen.push(proposal);
+            }
+        }
+        self.progress.expect_more(chosen.len());
+        let mut entrants: Vec<Judged<'a>> = chosen
+            .par_iter()
+            .filter_map(|proposal| {
+                let on = &screened[proposal.base];
+                let starts: Vec<&Start> = proposal.starts.iter().map(|k| &on.starts[*k]).collect();
+                let judged = match proposal.extends {
+                    Some(index) => self.extended(&known[index], starts[0]),
+                    None => self.entered(&on.base, &starts),
+                };
+                self.progress.advance();
+                judged
+            })
+            .collect();
+        sort_judged(&mut entrants);
+        let mut apart: Vec<Judged<'a>> = Vec::new();
+        for entrant in entrants {
+            let is_known = apart.iter().any(|other| other.is_same(&entrant));
+            if !is_known {
+                apart.push(entrant);
+            }
+        }
+        apart
+    }
+
+    fn entered(&self, base: &Arc<Base<'a>>, starts: &[&Start]) -> Option<Judged<'a>> {
+        let walker = base.with(starts.iter().map(|start| start.placement).collect());
+        let at_optimum = |held: bool| {
+            let (_, mut z) = base.linear(starts, held).ln_evidence(&base.whitening);
+            walker.clamp(&mut z);
+            z
+        };
+        // Without the effect, parameters of the body stood in for it: one begins at the body as
+        // described.
+        let near = at_optimum(true);
+        let mut body_described = near.clone();
+        for k in 0..walker.nuisances() {
+            if !walker.is_of_sensing(k) {
+                body_described[k] = 0.0;
+            }
+        }
+        let points = vec![near, at_optimum(false), body_described];
+        let walked = walker.likelier(points, &base.whitening)?;
+        let own = walker.jacobian(&walked, walker.nuisances()..walker.dimension());
+        let (n, count) = (walker.nuisances(), own.ncols());
+        let mut jacobian = base.jacobian.clone().insert_columns(n, count, 0.0);
+        jacobian.columns_mut(n, count).copy_from(&own);
+        let jacobian = walker.without_replaced(jacobian);
+        let fit = walker.integrated(walked, jacobian, &base.whitening);
+        Some(self.judge(base, walker, fit))
+    }
+
+    fn extended(&self, judged: &Judged<'a>, added: &Start) -> Option<Judged<'a>> {
+        let base = &judged.base;
+        let mut effects = judged.walker.hypothesis.effects.clone();
+        effects.push(added.placement);
+        let walker = base.with(effects);
+        let linear = base.linear_beside(&walker, &judged.fit, added);
+        let (_, mut z) = linear.ln_evidence(&base.whitening);
+        walker.clamp(&mut z);
+        let walked = walker.walk(z)?;
+        let first = judged.fit.jacobian.ncols();
+        let own = walker.jacobian(&walked, first..walker.dimension());
+        let mut jacobian = judged
+            .fit
+            .jacobian
+            .clone()
+            .insert_columns(first, own.ncols(), 0.0);
+        jacobian.columns_mut(first, own.ncols()).copy_from(&own);
+        let jacobian = walker.without_replaced(jacobian);
+        let fit = walker.integrated(walked, jacobian, &base.whitening);
+        Some(self.judge(base, walker, fit))
+    }
+
+    /// Every entrant as far as it came, the likeliest first. Those without effects stay to the end:
+    /// effects get no credit for a longer search.
+    pub(super) fn race(&self, mut running: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
+        let mut left_behind: Vec<Judged<'a>> = Vec::new();
+        let mut most = running.len();
+        while most > REFINED {
+            most = most.div_ceil(2).max(REFINED);
+            running = keep_likeliest(running, most, &mut left_behind);
+            if most > REFINED {
+                running = self.each(running, |one| Some(self.advanced(one)));
+            }
+        }
+        running = self.each(running, |one| self.refined(one));
+        running = keep_likeliest(running, FINALISTS, &mut left_behind);
+        running = self.each(running, |one| self.refined(one));
+        running.extend(left_behind);
+        sort_judged(&mut running);
+        running
+    }
+
+    fn each(
+        &self,
+        running: Vec<Judged<'a>>,
+        further: impl Fn(&Judged<'a>) -> Option<Judged<'a>> + Sync,
+    ) -> Vec<Judged<'a>> {
+        self.progress.expect_more(running.len());
+        running
+            .into_par_iter()
+            .map(|one| {
+                let better = further(&one);
+                self.progress.advance();
+                better.unwrap_or(one)
+            })
+            .collect()
+    }
+
+    fn advanced(&self, judged: &Judged<'a>) -> Judged<'a> {
+        let Judged {
+            base, walker, fit, ..
+        } = judged;
+        let fit = walker.advanced(fit.clone(), &base.whitening, 1);
+        self.judge(base, walker.clone(), fit)
+    }
+
+    /// With slopes of its own; `None` where the errors have no covariance.
+    fn refined(&self, judged: &Judged<'a>) -> Option<Judged<'a>> {
+        let Judged {
+            base, walker, fit, ..
+        } = judged;
+        let jacobian = walker.jacobian(&fit.walked, 0..walker.dimension());
+        let whitening = base
+            .setting
+            .observation
+            .whitening(walker.spread(&jacobian))?;
+        let fit = walker.integrated(fit.walked.clone(), jacobian, &whitening);
+        let fit = walker.advanced(fit, &whitening, LAST_STEPS);
+        Some(self.judge(base, walker.clone(), fit))
+    }
+}
+
+/// The so many likeliest, and those without effects; the others go to `left_behind`.
+fn keep_likeliest<'a>(
+    mut running: Vec<Judged<'a>>,
+    most: usize,
+    left_behind: &mut Vec<Judged<'a>>,
+) -> Vec<Judged<'a>> {
+    sort_judged(&mut running);
+    let mut kept = 0;
+    let (stay, go) = running.into_iter().partition(|one| {
+        kept += 1;
+        kept <= most || one.walker.hypothesis.effects.is_empty()
+    });
+    left_behind.extend::<Vec<_>>(go);
+    stay
+}
+
+impl Proposal {
+    fn placements(&self, screened: &[Screened<'_>]) -> Vec<Placement> {
+        let starts = &screened[self.base].starts;
+        self.starts.iter().map(|k| starts[*k].placement).collect()
+    }
+}
+
+impl Judged<'_> {
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.base, &other.base)
+            && self.walker.hypothesis.effects == other.walker.hypothesis.effects
+    }
+}

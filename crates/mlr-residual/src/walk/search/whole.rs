@@ -1,0 +1,98 @@
+//! The likeliest hypotheses over the whole stretch.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{
+    BARE, Judged, Search,
+    base::Base,
+    proposals::{Screened, sort},
+    race::LAST_STEPS,
+    screening, sort_judged,
+};
+
+/// Hypotheses with effects that are fitted over the whole stretch.
+const MOST: usize = 6;
+/// Robots whose sensors' effects are screened over it: they grow with time.
+const SCREENED: usize = 2;
+/// Entrants of these.
+const ENTRANTS: usize = 8;
+
+impl<'a> Search<'a, '_> {
+    /// The likeliest of these, and effects of the sensor beside them, fitted over the whole stretch.
+    pub(super) fn over_the_whole_stretch(&self, ranked: &[Judged<'a>]) -> Vec<Judged<'a>> {
+        let is_bare = |judged: &&Judged<'a>| judged.walker.hypothesis.effects.is_empty();
+        let bare = ranked.iter().filter(is_bare).take(BARE);
+        let with_effects = ranked.iter().filter(|one| !is_bare(one)).take(MOST);
+        let chosen: Vec<&Judged<'a>> = bare.chain(with_effects).collect();
+        let mut bases: Vec<(Arc<Base<'a>>, Arc<Base<'a>>)> = Vec::new();
+        for judged in &chosen {
+            if !bases
+                .iter()
+                .any(|(early, _)| Arc::ptr_eq(early, &judged.base))
+                && let Some(whole) = judged.base.continued(self.setting)
+            {
+                bases.push((Arc::clone(&judged.base), Arc::new(whole)));
+            }
+        }
+        let of = |early: &Arc<Base<'a>>| {
+            let known = bases.iter().find(|(known, _)| Arc::ptr_eq(known, early));
+            known.map(|(_, whole)| whole)
+        };
+        self.progress.expect_more(chosen.len());
+        let mut running: Vec<Judged<'a>> = chosen
+            .into_par_iter()
+            .filter_map(|judged| {
+                let base = of(&judged.base)?;
+                let walker = base.with(judged.walker.hypothesis.effects.clone());
+                let walked = walker.walk(judged.fit.walked.z.clone())?;
+                let jacobian = walker.jacobian(&walked, 0..walker.dimension());
+                let fit = walker.integrated(walked, jacobian, &base.whitening);
+                let fit = walker.advanced(fit, &base.whitening, LAST_STEPS);
+                self.progress.advance();
+                Some(self.judge(base, walker, fit))
+            })
+            .collect();
+        sort_judged(&mut running);
+        let screened: Vec<Screened<'a>> = bases
+            .iter()
+            .filter(|(_, whole)| whole.only_leg.is_none())
+            .take(SCREENED)
+            .map(|(_, whole)| Screened {
+                starts: screening::starts_of_sensing(whole),
+                base: Arc::clone(whole),
+            })
+            .collect();
+        let most_effects = self.effort.most_effects;
+        let mut proposals = Vec::new();
+        if most_effects > 0 {
+            proposals.extend(self.singles(&screened));
+        }
+        if most_effects > 1 {
+            proposals.extend(self.extensions(&screened, &running));
+        }
+        sort(&mut proposals);
+        running.extend(self.entrants(&screened, &running, proposals, ENTRANTS));
+        let mut ranked = self.race(running);
+        let again = ranked
+            .iter()
+            .find(|judged| !judged.walker.hypothesis.effects.is_empty())
+            .and_then(|best| self.without_its_effects(best));
+        ranked.extend(again);
+        ranked
+    }
+
+    /// The robot of a hypothesis without its effects, begun from the nuisance parameters that were
+    /// found with them: effects get no credit for a better search of these.
+    fn without_its_effects(&self, judged: &Judged<'a>) -> Option<Judged<'a>> {
+        let base = &judged.base;
+        let walker = base.with(Vec::new());
+        let p = walker.dimension();
+        let start = walker.walk(judged.fit.walked.z.rows(0, p).clone_owned())?;
+        let jacobian = walker.jacobian(&start, 0..p);
+        let fit = walker.integrated(start, jacobian, &base.whitening);
+        let fit = walker.advanced(fit, &base.whitening, LAST_STEPS);
+        Some(self.judge(base, walker, fit))
+    }
+}
