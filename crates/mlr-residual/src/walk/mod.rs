@@ -18,7 +18,7 @@ mod sensing;
 pub use answer::{EvidenceSettings, explain_walk};
 pub use calibrated_walk::{CalibratedParameter, CalibratedWalk};
 pub use decomposition::{AxisResidual, Harmonic};
-pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy};
+pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy, TurningDiscrepancy};
 pub use model::WalkModel;
 pub use nuisance::NuisanceSettings;
 pub use record::WalkRecord;
@@ -40,7 +40,7 @@ use thiserror::Error;
 pub enum WalkError {
     /// There is too little of it.
     #[error(
-        "the log shows {walked_s:.1} s of the walk, expected at least {needed_s:.1} s: half to fit effects, half to judge them"
+        "the log shows {walked_s:.1} s of the walk, expected at least {needed_s:.1} s: two thirds to weigh hypotheses, the rest to measure errors"
     )]
     TooShort {
         /// What there is.

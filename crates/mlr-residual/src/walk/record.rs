@@ -7,7 +7,7 @@ use mlr_filter::{Axes, MovingMean, OrientationSeries};
 use super::WalkError;
 
 /// Roll, pitch and yaw of a standing and then walking robot at an even rate, divided
-/// into the stretch on which effects are fitted and the one that judges them.
+/// into the stretch that hypotheses are weighed by and one that nothing sees.
 #[derive(Debug, Clone)]
 pub struct WalkRecord {
     times_s: Vec<f64>,
@@ -22,9 +22,10 @@ pub struct WalkRecord {
     noise_deg: Axes<f64>,
 }
 
-/// Longest stretch that is fitted, and that is judged.
+/// Half of the longest walk that is looked at.
 const LONGEST_S: f64 = 6.0;
-/// Share of the walk that hypotheses are judged by.
+/// Share of the walk that hypotheses are weighed by: what they are told apart by matters more than how
+/// exactly the errors left are known.
 const FIT_SHARE: f64 = 0.65;
 /// Shortest one of any use: a gait's cycle and a half.
 const SHORTEST_S: f64 = 1.5;
@@ -43,8 +44,8 @@ impl WalkRecord {
 
     /// Divides a recording whose time stamps increase and whose robot starts to walk at
     /// `start_s`: `start_is_told` where that is when it was commanded to, rather than
-    /// when it was seen to. The first half of the walk is for fitting and the second
-    /// judges. What comes before `from_s` of the walk is left out.
+    /// when it was seen to. The first 65 % of the walk weigh hypotheses, and the rest measures
+    /// errors. What comes before `from_s` of the walk is left out.
     ///
     /// `rest_rate_dps` is the mean of the gyroscope's raw rates while the robot stands,
     /// where they are known and went into roll, pitch and yaw.
@@ -141,12 +142,12 @@ impl WalkRecord {
         self.standing.clone()
     }
 
-    /// The samples of the walk that effects are fitted on.
+    /// The samples of the walk that hypotheses are weighed by.
     pub fn fit(&self) -> Range<usize> {
         self.fit.clone()
     }
 
-    /// The samples that no effect is fitted on.
+    /// The samples that neither fit nor search sees.
     pub fn unseen(&self) -> Range<usize> {
         self.unseen.clone()
     }
@@ -181,7 +182,7 @@ impl WalkRecord {
     }
 
     /// Root mean square of roll and pitch together about their means while the robot walks, over
-    /// the stretch that hypotheses are judged by.
+    /// the stretch that hypotheses are weighed by.
     pub(crate) fn swing_deg(&self) -> f64 {
         let fit = self.fit();
         let square = [&self.measured_deg.roll, &self.measured_deg.pitch].map(|angles_deg| {
@@ -277,7 +278,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_log_is_stood_fitted_and_judged_on() {
+    fn a_log_is_divided_into_standing_fitted_and_unseen() {
         let record = WalkRecord::new(&recording(12.0), 2.0, false, 2.0, None).unwrap();
         let time_s = |index: usize| record.times_s()[index];
         assert!(time_s(record.standing().end) < 2.0);
