@@ -31,7 +31,7 @@ fn main() -> anyhow::Result<()> {
     }
     let (before, after) = (found.error_before, found.error_after);
     println!(
-        "RMS error on the unseen half: {:.2}° as described, {:.2}° with the effects",
+        "RMS error on the unseen third: {:.2}° as described, {:.2}° with the effects",
         before.validation_deg, after.validation_deg
     );
     Ok(())

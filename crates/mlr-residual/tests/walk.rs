@@ -6,7 +6,8 @@ use mlr_model::{
     Fault, Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator, Trajectory,
 };
 use mlr_residual::walk::{
-    EvidenceSettings, Reported, Suspect, WalkExplanation, WalkModel, WalkRecord, explain_walk,
+    EvidenceSettings, Reported, Rival, Suspect, WalkExplanation, WalkModel, WalkRecord,
+    explain_walk,
 };
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -67,21 +68,35 @@ fn healthy() -> Morphology {
     Morphology::healthy(&Robot::jethexa().layout())
 }
 
-/// The probabilities are some, `none` and `unknown` among them, and an effect has its kind's.
+/// The answer is a distribution: `none` and `unknown` have their share, every hypothesis counts for
+/// each of its kinds, and the effects are those of the most probable one.
 fn expect_probabilities(found: &WalkExplanation) {
     let of = &found.effect_probability;
-    assert!(
-        of.values().all(|p| (0.0..=1.0 + 1e-9).contains(p)),
-        "{of:?}"
-    );
+    let is_share = |p: &f64| (0.0..=1.0 + 1e-9).contains(p);
+    assert!(of.values().all(is_share), "{of:?}");
+    let (none, unknown) = (of["none"], of["unknown"]);
+    assert!(none + unknown < 1.0 + 1e-9, "{of:?}");
     assert!(of.values().sum::<f64>() > 1.0 - 1e-9, "{of:?}");
-    assert!(
-        of.contains_key("none") && of.contains_key("unknown"),
-        "{of:?}"
-    );
+    assert_eq!(found.unexplained, unknown > 0.5, "{of:?}");
     for effect in &found.effects {
         assert!((effect.probability - of[&effect.kind]).abs() < 1e-9);
     }
+    let one_by_one: Vec<f64> = found.alternatives.iter().map(|a| a.probability).collect();
+    assert!(one_by_one.is_sorted_by(|a, b| a >= b), "{one_by_one:?}");
+    assert!(one_by_one.iter().sum::<f64>() < 1.0 + 1e-9);
+    let best = found.alternatives.iter().find(|one| !one.unknown).unwrap();
+    assert_eq!(best.morphology, found.morphology);
+    assert_eq!(kinds(&best.effects), kinds_found(found));
+}
+
+fn kinds(effects: &[Rival]) -> Vec<&str> {
+    effects.iter().map(|effect| effect.kind.as_str()).collect()
+}
+
+/// Of the effects, but for lost links that are locked.
+fn kinds_found(found: &WalkExplanation) -> Vec<&str> {
+    let kinds = found.effects.iter().map(|effect| effect.kind.as_str());
+    kinds.filter(|kind| *kind != "locked_links").collect()
 }
 
 #[test]
@@ -96,6 +111,7 @@ fn where_the_model_lacks_nothing_nothing_is_added() {
     );
     assert!(!found.unexplained, "{:?}", found.residual);
     assert!(found.error_after.validation_deg < 0.1);
+    assert_eq!(found.morphology, healthy());
     assert!(found.damaged_legs.is_empty());
     // Nothing is out of the ordinary.
     assert!(found.nuisance.values().all(|z_score| z_score.abs() < 1.5));
@@ -121,6 +137,7 @@ fn a_short_link_is_found_on_its_leg_with_its_length() {
     let [low, high] = effect.interval_95["length_lost_m"];
     assert!(low < lost_m && lost_m < high, "{low} {high}");
     expect_probabilities(&found);
+    assert_eq!(found.morphology, healthy());
     assert!(effect.probability > 0.9, "{:?}", found.effect_probability);
     assert!(found.error_after.validation_deg < 0.2 * found.error_calibrated.validation_deg);
 }
@@ -131,6 +148,7 @@ fn a_leg_that_gives_way_is_told_from_a_lost_one() {
     let record = WalkRecord::new(&weak, 0.0, false, 0.0, None).unwrap();
     // As an identification that knows of lost legs only would have it.
     let found = explained_as(&record, healthy().without_leg(2));
+    expect_probabilities(&found);
     assert_eq!(found.morphology, healthy());
     let [effect] = &found.effects[..] else {
         panic!("{:?}", found.effects);
@@ -155,6 +173,8 @@ fn a_bias_that_shows_at_rest_is_found_by_its_axis() {
     let rest_dps = Some([0.0, 0.0, BIAS_DPS]);
     let record = WalkRecord::new(&biased, 0.0, false, 0.0, rest_dps).unwrap();
     let found = explained_as(&record.dead_reckoned(), healthy());
+    expect_probabilities(&found);
+    assert_eq!(found.morphology, healthy());
     let [effect] = &found.effects[..] else {
         panic!("{:?}", found.effects);
     };

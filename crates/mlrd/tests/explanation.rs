@@ -154,6 +154,14 @@ fn an_identified_walk_is_explained() {
     let length_s = unseen_s[1].as_f64().unwrap() - unseen_s[0].as_f64().unwrap();
     assert!((3.0..6.0).contains(&length_s), "{unseen_s}");
     assert_eq!(result["damaged_legs"], serde_json::json!([3, 4]));
+    let probability = result["effect_probability"].as_object().unwrap();
+    let of = |kind: &str| probability[kind].as_f64().unwrap();
+    for (kind, share) in probability {
+        let share = share.as_f64().unwrap();
+        assert!((0.0..=1.0 + 1e-9).contains(&share), "{kind} {share}");
+    }
+    assert!(of("none") + of("unknown") < 1.0 + 1e-9, "{probability:?}");
+    assert_eq!(result["unexplained"], of("unknown") > 0.5);
     let remarkable = result["unexplained"] == true || result["effects"][0].is_object();
     assert_eq!(explained["level"], u8::from(remarkable));
     story.expect_every_frame();

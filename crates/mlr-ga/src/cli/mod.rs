@@ -52,8 +52,11 @@ enum Command {
     Detect(detect::DetectOptions),
     /// Compares the walk of one morphology with LOG, by the paper's cost F.
     Compare(compare::CompareOptions),
-    /// Identifies the robot, traces what its model leaves of the walk to effects that the model
-    /// lacks, adds them, and identifies it again.
+    /// Says how probable it is that an effect which the model lacks made the robot walk as in LOG.
+    ///
+    /// The evidence of hypotheses decides: morphologies with and without effects, what robots of one
+    /// make differ by integrated out. The error is measured on the last third of the walk, which
+    /// decides nothing.
     Explain(explain::ExplainOptions),
     /// Traces what a gyroscope's integrated rate misses of a measured angle to effects that its
     /// data sheet lacks.

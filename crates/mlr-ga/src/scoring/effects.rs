@@ -83,7 +83,7 @@ pub struct EffectsScore {
     pub kinds: KindsScore,
     /// Error of the robot as described.
     pub error_before: Errors,
-    /// Error with the usual differences fitted.
+    /// Error with the nuisance parameters fitted.
     pub error_calibrated: Errors,
     /// Error with the effects.
     pub error_after: Errors,

@@ -53,7 +53,7 @@ pub struct ClassTotal {
     /// Median, over the logs, of the error with the effects over the one of the robot as described,
     /// on the unseen stretch.
     pub median_error_ratio: Option<f64>,
-    /// The same against the error with the usual differences fitted.
+    /// The same against the error with the nuisance parameters fitted.
     pub median_calibrated_ratio: Option<f64>,
 }
 

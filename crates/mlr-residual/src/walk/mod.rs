@@ -1,4 +1,5 @@
-//! The walk of a robot with its sensor: model, record, and what the one lacks of the other.
+//! The walk of a robot with its sensor: model, record, and how probable it is that the model lacks an
+//! effect.
 
 mod answer;
 mod calibrated_walk;

@@ -27,7 +27,7 @@ const LONGEST_S: f64 = 6.0;
 /// Share of the walk that hypotheses are weighed by: what they are told apart by matters more than how
 /// exactly the errors left are known.
 const FIT_SHARE: f64 = 0.65;
-/// Shortest one of any use: a gait's cycle and a half.
+/// Half of the shortest one of any use, three gait cycles of a second.
 const SHORTEST_S: f64 = 1.5;
 /// Standing longer ago than this before the walk is left out.
 const STANDING_S: f64 = 8.0;

@@ -41,7 +41,7 @@ pub struct WalkExplanation {
     pub candidates: Vec<WalkCandidate>,
     /// What remains.
     pub residual: RemainingResidual,
-    /// The residual of the robot as identified at first, the usual differences fitted,
+    /// The residual of the most probable robot without effects, its nuisance parameters fitted,
     /// split into what physics tells apart.
     pub residual_before: ByAxis,
     /// The same with all effects.
@@ -152,7 +152,7 @@ pub struct TracedEffect {
     pub at_bound: Vec<String>,
     /// Parameters that the log does not determine.
     pub undetermined: Vec<String>,
-    /// The trace that it leaves.
+    /// What it changes, in words.
     pub explains: String,
     /// Probability of its kind to be in the robot.
     pub probability: f64,
