@@ -69,7 +69,7 @@ enum Command {
     Evaluate(evaluate::EvaluateOptions),
     /// Scores explanations on directories of logs against what was done to the robots.
     EvaluateEffects(evaluate_effects::EvaluateEffectsOptions),
-    /// Show what the model leaves of robots that lack nothing.
+    /// Shows what the model leaves of robots that lack nothing.
     EvaluateDiscrepancy(evaluate_discrepancy::EvaluateDiscrepancyOptions),
 }
 
