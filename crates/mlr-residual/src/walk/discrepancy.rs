@@ -88,8 +88,8 @@ pub struct Amplitude {
 const HARMONICS: usize = 8;
 /// A yaw angle has no zero: this much off is nothing.
 const ANY_YAW_DEG: f64 = 180.0;
-/// Noise of an MPU-6050's integrated rate: 0.12 °/s RMS at 960 samples per second, as the gyroscopes
-/// at rest in `data/real/mpu6050-static` have it.
+/// Noise of an MPU-6050's integrated rate: 0.12 °/s RMS at 960 samples per second, as one at rest shows
+/// it; its data sheet has 0.005 °/s/√Hz.
 const GYROSCOPE_DEG_PER_SQRT_S: f64 = 0.004;
 
 impl Default for Discrepancy {

@@ -33,7 +33,7 @@ impl<'a> Search<'a, '_> {
                 };
                 states.iter().map(move |state| (suspect, *state))
             })
-            .take(2 * self.effort.bases)
+            .take((2 * self.effort.bases).max(1))
             .collect();
         self.progress.expect_more(wanted.len());
         let first: Vec<Base<'a>> = wanted
