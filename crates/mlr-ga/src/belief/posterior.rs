@@ -4,57 +4,31 @@ use super::DamagePrior;
 
 /// Probabilities of morphologies that exclude each other, most probable first.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Posterior {
-    ranked: Vec<(Morphology, f64)>,
-}
+pub struct Posterior(mlr_residual::Posterior<Morphology>);
 
 impl Posterior {
     /// Normalises logarithms of likelihood times prior. A morphology that is not
-    /// among them is held to be impossible.
+    /// among them is held to be impossible. Of equals, the lesser damage comes first.
     pub fn new(ln_weights: impl IntoIterator<Item = (Morphology, f64)>) -> Self {
-        let mut ranked: Vec<(Morphology, f64)> = ln_weights
-            .into_iter()
-            .filter(|(_, ln_weight)| ln_weight.is_finite())
-            .collect();
-        ranked.sort_by(|(a, ln_a), (b, ln_b)| ln_b.total_cmp(ln_a).then_with(|| b.cmp(a)));
-        let greatest = ranked.first().map_or(0.0, |(_, ln_weight)| *ln_weight);
-        for (_, weight) in &mut ranked {
-            *weight = (*weight - greatest).exp();
-        }
-        let total: f64 = ranked.iter().map(|(_, weight)| weight).sum();
-        for (_, weight) in &mut ranked {
-            *weight /= total;
-        }
-        Self { ranked }
+        let mut ln_weights: Vec<(Morphology, f64)> = ln_weights.into_iter().collect();
+        ln_weights.sort_by(|(a, _), (b, _)| b.cmp(a));
+        Self(mlr_residual::Posterior::new(ln_weights))
     }
 
     /// Morphologies and their probabilities, most probable first.
     pub fn ranked(&self) -> &[(Morphology, f64)] {
-        &self.ranked
+        self.0.ranked()
     }
 
     /// The most probable morphology of the most probable set of damaged legs: which
     /// links of a leg are gone often leaves no trace, which legs are damaged does.
     pub fn best(&self) -> Option<&Morphology> {
-        let mut sets: Vec<(Vec<usize>, f64)> = Vec::new();
-        for (morphology, probability) in &self.ranked {
-            let legs = morphology.damaged_legs();
-            match sets.iter_mut().find(|(known, _)| *known == legs) {
-                Some((_, sum)) => *sum += probability,
-                None => sets.push((legs, *probability)),
-            }
-        }
-        // The first of equals is the one with the likelier morphology.
-        let mut best = sets.first()?;
-        for set in &sets {
-            if set.1 > best.1 {
-                best = set;
-            }
-        }
-        self.ranked
+        let legs = self.0.classes(Morphology::damaged_legs);
+        let (likeliest, _) = legs.ranked().first()?;
+        self.ranked()
             .iter()
             .map(|(morphology, _)| morphology)
-            .find(|morphology| morphology.damaged_legs() == best.0)
+            .find(|morphology| morphology.damaged_legs() == *likeliest)
     }
 
     /// Probability of each leg to miss a link.
@@ -79,16 +53,7 @@ impl Posterior {
 
     /// The fewest morphologies that together hold this share of the probability.
     pub fn credible(&self, share: f64) -> Vec<&Morphology> {
-        let mut sum = 0.0;
-        self.ranked
-            .iter()
-            .take_while(|(_, probability)| {
-                let wanted = sum < share;
-                sum += probability;
-                wanted
-            })
-            .map(|(morphology, _)| morphology)
-            .collect()
+        self.0.credible(share)
     }
 
     /// Probability of a morphology.
@@ -102,11 +67,7 @@ impl Posterior {
     }
 
     fn sum(&self, condition: impl Fn(&Morphology) -> bool) -> f64 {
-        self.ranked
-            .iter()
-            .filter(|(morphology, _)| condition(morphology))
-            .map(|(_, probability)| probability)
-            .sum()
+        self.0.sum(condition)
     }
 }
 
