@@ -389,6 +389,7 @@ impl<'a> Answer<'a, '_> {
     ) -> (BTreeMap<String, [f64; 2]>, Vec<String>, Vec<String>) {
         let walker = &best.judged.walker;
         let fit = &best.judged.fit;
+        let covariance = fit.covariance();
         let placed = walker.hypothesis.effects[index];
         let bare = walker.without_effects_model(&fit.walked.z);
         let parameters = placed.effect.parameters(placed.place, &bare);
@@ -410,7 +411,7 @@ impl<'a> Answer<'a, '_> {
             if parameter.is_at_bound(value) {
                 at_bound.push(parameter.name.into());
             }
-            let deviation = fit.covariance[(first + k, first + k)].max(0.0).sqrt();
+            let deviation = covariance[(first + k, first + k)].max(0.0).sqrt();
             if deviation > UNDETERMINED {
                 undetermined.push(parameter.name.into());
                 continue;

@@ -15,8 +15,8 @@ pub(crate) struct Fit {
     pub(crate) walked: Walked,
     /// Change of the prediction per unit of each coordinate.
     pub(crate) jacobian: DMatrix<f64>,
-    /// Covariance of the coordinates.
-    pub(crate) covariance: DMatrix<f64>,
+    /// Curvature of minus the logarithm of the likelihood.
+    curvature: DMatrix<f64>,
     /// Logarithm of the evidence.
     pub(crate) ln_evidence: f64,
 }
@@ -205,12 +205,14 @@ impl LinearModel {
 
 impl Walker<'_> {
     /// Up to so many steps of Gauss and Newton's method towards the most probable parameters.
-    pub(crate) fn advanced(&self, fit: Fit, whitening: &Whitening, steps: usize) -> Fit {
-        let Fit {
-            walked: mut here,
-            mut jacobian,
-            ..
-        } = fit;
+    pub(crate) fn advanced(
+        &self,
+        start: Walked,
+        mut jacobian: DMatrix<f64>,
+        whitening: &Whitening,
+        steps: usize,
+    ) -> Fit {
+        let mut here = start;
         let mut ln_here = ln_posterior(whitening, &here);
         for _ in 0..steps {
             let model = LinearModel {
@@ -245,12 +247,6 @@ impl Walker<'_> {
         self.integrated(here, jacobian, whitening)
     }
 
-    /// The same parameters with slopes taken there.
-    pub(crate) fn relinearised(&self, fit: Fit, whitening: &Whitening) -> Fit {
-        let jacobian = self.jacobian(&fit.walked, 0..self.dimension());
-        self.integrated(fit.walked, jacobian, whitening)
-    }
-
     /// The likeliest of these points; `None` when no walk from any of them stays finite.
     pub(crate) fn likelier(
         &self,
@@ -273,16 +269,21 @@ impl Walker<'_> {
         whitening: &Whitening,
     ) -> Fit {
         let (ln_evidence, curvature) = ln_evidence(whitening, &at.residual, &at.z, &jacobian);
-        let p = jacobian.ncols();
-        let normal = curvature + DMatrix::identity(p, p);
         Fit {
             ln_evidence,
-            covariance: normal
-                .try_inverse()
-                .unwrap_or_else(|| DMatrix::identity(p, p)),
+            curvature,
             walked: at,
             jacobian,
         }
+    }
+}
+
+impl Fit {
+    /// Covariance of the coordinates.
+    pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        let p = self.curvature.ncols();
+        let prior = DMatrix::identity(p, p);
+        (&self.curvature + &prior).try_inverse().unwrap_or(prior)
     }
 }
 

@@ -30,6 +30,15 @@ impl EffectParameter {
         }
     }
 
+    /// A delay beyond the described one: 0.05 ± 0.03 s, from 0 to 0.5 s.
+    pub(super) fn delay() -> Self {
+        let prior = Prior::Normal {
+            mean: 0.05,
+            deviation: 0.03,
+        };
+        Self::new("delay_s", prior).bounds(0.0, 0.5).neutral(0.0)
+    }
+
     /// Sets the bounds.
     pub(super) fn bounds(self, lower: f64, upper: f64) -> Self {
         Self {

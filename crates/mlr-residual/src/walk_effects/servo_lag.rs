@@ -1,10 +1,7 @@
 use std::collections::BTreeMap;
 
 use super::{EffectParameter, Place, WalkEffect, effect::named};
-use crate::{
-    Prior,
-    walk::{Nuisance, WalkModel, WalkRecord},
-};
+use crate::walk::{Nuisance, WalkModel, WalkRecord};
 
 /// The servos take longer than described to begin to follow a command.
 ///
@@ -25,15 +22,7 @@ impl WalkEffect for ServoLag {
     }
 
     fn parameters(&self, _: Place, _: &WalkModel) -> Vec<EffectParameter> {
-        let prior = Prior::Normal {
-            mean: 0.05,
-            deviation: 0.03,
-        };
-        vec![
-            EffectParameter::new("delay_s", prior)
-                .bounds(0.0, 0.5)
-                .neutral(0.0),
-        ]
+        vec![EffectParameter::delay()]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -58,8 +58,7 @@ impl<'a> Base<'a> {
         let described = walker.walk(walker.described(&[]))?;
         let jacobian = walker.jacobian(&described, 0..walker.dimension());
         let whitening = setting.observation.whitening(walker.spread(&jacobian))?;
-        let fit = walker.integrated(described, jacobian, &whitening);
-        let fit = walker.advanced(fit, &whitening, FIRST_STEPS);
+        let fit = walker.advanced(described, jacobian, &whitening, FIRST_STEPS);
         Some(Self {
             whitened_jacobian: whitening.apply(&fit.jacobian),
             setting,
@@ -76,9 +75,8 @@ impl<'a> Base<'a> {
     /// The same at its most probable walk.
     pub(crate) fn settled(self) -> Option<Self> {
         let walker = self.with(Vec::new());
-        let fit = walker.integrated(self.reference, self.jacobian, &self.whitening);
-        let fit = walker.relinearised(fit, &self.whitening);
-        let fit = walker.advanced(fit, &self.whitening, REFERENCE_STEPS);
+        let jacobian = walker.jacobian(&self.reference, 0..walker.dimension());
+        let fit = walker.advanced(self.reference, jacobian, &self.whitening, REFERENCE_STEPS);
         let jacobian = fit.jacobian;
         let whitening = self
             .setting
@@ -99,8 +97,7 @@ impl<'a> Base<'a> {
         let walked = walker.walk(self.reference.z.clone())?;
         let jacobian = walker.jacobian(&walked, 0..walker.dimension());
         let whitening = setting.observation.whitening(walker.spread(&jacobian))?;
-        let fit = walker.integrated(walked, jacobian, &whitening);
-        let fit = walker.advanced(fit, &whitening, REFERENCE_STEPS);
+        let fit = walker.advanced(walked, jacobian, &whitening, REFERENCE_STEPS);
         Some(Self {
             whitened_jacobian: whitening.apply(&fit.jacobian),
             setting,

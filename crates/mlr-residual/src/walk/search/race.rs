@@ -159,7 +159,8 @@ impl<'a> Search<'a, '_> {
         let Judged {
             base, walker, fit, ..
         } = judged;
-        let fit = walker.advanced(fit.clone(), &base.whitening, 1);
+        let (walked, jacobian) = (fit.walked.clone(), fit.jacobian.clone());
+        let fit = walker.advanced(walked, jacobian, &base.whitening, 1);
         self.judge(base, walker.clone(), fit)
     }
 
@@ -173,8 +174,7 @@ impl<'a> Search<'a, '_> {
             .setting
             .observation
             .whitening(walker.spread(&jacobian))?;
-        let fit = walker.integrated(fit.walked.clone(), jacobian, &whitening);
-        let fit = walker.advanced(fit, &whitening, LAST_STEPS);
+        let fit = walker.advanced(fit.walked.clone(), jacobian, &whitening, LAST_STEPS);
         Some(self.judge(base, walker.clone(), fit))
     }
 }

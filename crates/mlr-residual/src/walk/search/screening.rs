@@ -150,7 +150,6 @@ impl<'a> Base<'a> {
     ) -> Option<Start> {
         let mut best: Option<(f64, Start)> = None;
         let mut z = self.beside_reference(walker, &[values]);
-        walker.clamp(&mut z);
         for _ in 0..=RELINEARISATIONS {
             let walked = match placement.effect.is_of_sensing() {
                 true => walker.walk_like(z.clone(), &self.reference.body),

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
@@ -11,6 +12,7 @@ use super::{
     race::LAST_STEPS,
     screening, sort_judged,
 };
+use crate::walk::hypothesis::Walker;
 
 /// Hypotheses with effects that are fitted over the whole stretch.
 const MOST: usize = 6;
@@ -46,12 +48,9 @@ impl<'a> Search<'a, '_> {
             .filter_map(|judged| {
                 let base = of(&judged.base)?;
                 let walker = base.with(judged.walker.hypothesis.effects.clone());
-                let walked = walker.walk(judged.fit.walked.z.clone())?;
-                let jacobian = walker.jacobian(&walked, 0..walker.dimension());
-                let fit = walker.integrated(walked, jacobian, &base.whitening);
-                let fit = walker.advanced(fit, &base.whitening, LAST_STEPS);
+                let judged = self.fitted_from(base, walker, judged.fit.walked.z.clone());
                 self.progress.advance();
-                Some(self.judge(base, walker, fit))
+                judged
             })
             .collect();
         sort_judged(&mut running);
@@ -89,10 +88,19 @@ impl<'a> Search<'a, '_> {
         let base = &judged.base;
         let walker = base.with(Vec::new());
         let p = walker.dimension();
-        let start = walker.walk(judged.fit.walked.z.rows(0, p).clone_owned())?;
-        let jacobian = walker.jacobian(&start, 0..p);
-        let fit = walker.integrated(start, jacobian, &base.whitening);
-        let fit = walker.advanced(fit, &base.whitening, LAST_STEPS);
+        let z = judged.fit.walked.z.rows(0, p).clone_owned();
+        self.fitted_from(base, walker, z)
+    }
+
+    fn fitted_from(
+        &self,
+        base: &Arc<Base<'a>>,
+        walker: Walker<'a>,
+        z: DVector<f64>,
+    ) -> Option<Judged<'a>> {
+        let start = walker.walk(z)?;
+        let jacobian = walker.jacobian(&start, 0..walker.dimension());
+        let fit = walker.advanced(start, jacobian, &base.whitening, LAST_STEPS);
         Some(self.judge(base, walker, fit))
     }
 }
