@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use mlr_filter::{Axes, SettingError};
-use mlr_model::{LostLinks, Morphology};
+use mlr_model::Morphology;
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -11,10 +12,12 @@ use super::{
     StretchErrors, StretchesS, Suspect, TracedEffect, WalkAlternative, WalkCandidate, WalkError,
     WalkExplanation, WalkModel, WalkRecord,
     decomposition::decompose,
-    evidence::LinearModel,
+    evidence::Fit,
     hypothesis::Walker,
+    outcome::{LOCKED, Outcome, posterior},
     residual_left::residual_left,
-    search::{Effort, Judged, Search, base::Setting},
+    search::{Effort, Search, base::Setting},
+    stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
 use crate::{Posterior, Progress};
 
@@ -55,56 +58,6 @@ const CREDIBLE: f64 = 0.9;
 const ALTERNATIVES: (usize, f64) = (10, 0.005);
 /// 95 % quantile, two-sided, of a normal distribution.
 const NORMAL_95: f64 = 1.96;
-/// Amplitudes of something unknown, degrees, each as probable as the others: from what the model
-/// gets wrong of a healthy robot to what throws one over.
-const UNKNOWN_DEG: [f64; 6] = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
-/// The likeliest hypotheses that something unknown may add to.
-const WITH_UNKNOWN: usize = 3;
-/// Lost links that hang on: an effect by its name.
-const LOCKED: &str = "locked_links";
-
-/// One hypothesis of the posterior.
-#[derive(Debug, Clone)]
-struct Outcome<'a> {
-    judged: Judged<'a>,
-    /// Whether something that no effect of the library makes adds to it.
-    unknown: bool,
-}
-
-impl Outcome<'_> {
-    fn is_locked(&self) -> bool {
-        self.judged.base.lost_links == LostLinks::Locked
-            && !self.judged.base.morphology.is_healthy()
-    }
-
-    /// The kinds of its effects, in order of their names.
-    fn kinds(&self) -> Vec<&'static str> {
-        let effects = self.judged.walker.hypothesis.effects.iter();
-        let mut kinds: Vec<&'static str> = effects.map(|placed| placed.effect.kind()).collect();
-        if self.is_locked() {
-            kinds.push(LOCKED);
-        }
-        if self.unknown {
-            kinds.push("unknown");
-        }
-        kinds.sort_unstable();
-        kinds.dedup();
-        kinds
-    }
-
-    fn is_same(&self, other: &Self) -> bool {
-        let (a, b) = (
-            &self.judged.walker.hypothesis,
-            &other.judged.walker.hypothesis,
-        );
-        let has_all = a.effects.iter().all(|placed| b.effects.contains(placed));
-        self.unknown == other.unknown
-            && a.morphology == b.morphology
-            && a.lost_links == b.lost_links
-            && a.effects.len() == b.effects.len()
-            && has_all
-    }
-}
 
 /// Explains a walk: which effects that the model lacks, on which robot, and how probable that is.
 ///
@@ -143,76 +96,15 @@ pub fn explain_walk(
         progress,
         ln_prior,
     };
-    let judged = search.run(suspects);
-    let posterior = posterior(&observation, &settings.prior, judged).ok_or(WalkError::Diverged)?;
+    let searched = search.run(suspects);
+    let posterior =
+        posterior(&observation, &settings.prior, searched).ok_or(WalkError::Diverged)?;
     let answer = Answer {
         record,
         settings,
         posterior,
     };
     answer.explanation(identified)
-}
-
-/// Of each hypothesis the likeliest fit, with and without something unknown.
-fn posterior<'a>(
-    observation: &Observation<'a>,
-    prior: &EffectPrior,
-    mut judged: Vec<Judged<'a>>,
-) -> Option<Posterior<Outcome<'a>>> {
-    judged.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
-    let mut outcomes: Vec<(Outcome<'a>, f64)> = Vec::new();
-    for judged in judged {
-        let ln_weight = judged.ln_weight + (1.0 - prior.unknown).ln();
-        let outcome = Outcome {
-            judged,
-            unknown: false,
-        };
-        if !outcomes.iter().any(|(known, _)| known.is_same(&outcome)) {
-            outcomes.push((outcome, ln_weight));
-        }
-    }
-    let top: Vec<Outcome<'a>> = outcomes
-        .iter()
-        .take(WITH_UNKNOWN)
-        .map(|(one, _)| one.clone())
-        .collect();
-    let bare = outcomes
-        .iter()
-        .map(|(one, _)| one)
-        .find(|one| one.judged.walker.hypothesis.effects.is_empty());
-    let bare = bare
-        .filter(|bare| !top.iter().any(|one| one.is_same(bare)))
-        .cloned();
-    for outcome in top.into_iter().chain(bare) {
-        let fit = &outcome.judged.fit;
-        let spread = outcome.judged.walker.spread(&fit.jacobian);
-        let linear = |unknown_deg: f64| {
-            let whitening = observation.whitening_with(spread, unknown_deg)?;
-            let linear = LinearModel {
-                residual: whitening.apply_to(&fit.walked.residual),
-                coordinates: fit.walked.z.clone(),
-                jacobian: whitening.apply(&fit.jacobian),
-                held: 0,
-            };
-            Some(linear.ln_evidence(&whitening).0)
-        };
-        let Some(without) = linear(0.0) else { continue };
-        let each: Vec<f64> = UNKNOWN_DEG.iter().copied().filter_map(linear).collect();
-        let greatest = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let mean =
-            each.iter().map(|ln| (ln - greatest).exp()).sum::<f64>() / UNKNOWN_DEG.len() as f64;
-        let ln_weight =
-            outcome.judged.ln_weight + greatest + mean.ln() - without + prior.unknown.ln();
-        outcomes.push((
-            Outcome {
-                unknown: true,
-                ..outcome
-            },
-            ln_weight,
-        ));
-    }
-    let posterior = Posterior::new(outcomes);
-    (!posterior.ranked().is_empty()).then_some(posterior)
 }
 
 struct Answer<'a, 's> {
@@ -224,18 +116,18 @@ struct Answer<'a, 's> {
 impl<'a> Answer<'a, '_> {
     fn explanation(&self, identified: &Suspect) -> Result<WalkExplanation, WalkError> {
         let ranked = self.posterior.ranked();
-        let best = ranked.iter().map(|(one, _)| one).find(|one| !one.unknown);
-        let best = best.ok_or(WalkError::Diverged)?;
-        let bare = ranked.iter().map(|(one, _)| one);
-        let bare = bare
-            .filter(|one| one.judged.walker.hypothesis.effects.is_empty())
-            .find(|one| !one.unknown)
-            .unwrap_or(best);
-        let before = self.described(&bare.judged)?;
-        let (error_before, _) = self.errors(&before, Corrected::Heading);
-        let (error_calibrated, residual_before) = self.errors_of(&bare.judged)?;
-        let (error_after, residual_after) = self.errors_of(&best.judged)?;
-        let period_s = best.judged.fit.walked.model.gait.period_s;
+        let mut fitted = ranked
+            .iter()
+            .map(|(one, _)| one)
+            .filter(|one| !one.unknown)
+            .filter_map(|one| Some((one, one.fit()?)));
+        let (best, fit) = fitted.clone().next().ok_or(WalkError::Diverged)?;
+        let bare = fitted.find(|(one, _)| one.walker.hypothesis.effects.is_empty());
+        let (bare, _) = bare.unwrap_or((best, fit));
+        let error_before = self.errors_as_described(bare)?;
+        let (error_calibrated, residual_before) = self.errors_of(bare)?;
+        let (error_after, residual_after) = self.errors_of(best)?;
+        let period_s = fit.walked.model.gait.period_s;
         let split = |residual_deg: &Axes<Vec<f64>>| -> ByAxis {
             decompose(self.record, residual_deg, period_s).into()
         };
@@ -243,7 +135,7 @@ impl<'a> Answer<'a, '_> {
         let unknown = self.posterior.sum(|one| one.unknown);
         let left = residual_left(
             self.record,
-            &best.judged.fit.walked.model,
+            &fit.walked.model,
             &residual_after,
             &self.settings.discrepancy,
             unknown > 0.5,
@@ -260,10 +152,10 @@ impl<'a> Answer<'a, '_> {
         };
         Ok(WalkExplanation {
             morphology_before: identified.morphology.clone(),
-            morphology: best.judged.base.morphology.clone(),
-            damaged_legs: best.judged.base.morphology.damaged_legs(),
+            morphology: best.walker.hypothesis.morphology.clone(),
+            damaged_legs: best.walker.hypothesis.morphology.damaged_legs(),
             effect_probability: self.effect_probability(),
-            effects: self.effects(best),
+            effects: self.effects(best, fit),
             alternatives: self.alternatives(),
             unexplained: unknown > 0.5,
             error_before,
@@ -302,11 +194,11 @@ impl<'a> Answer<'a, '_> {
     }
 
     fn report(&self, outcome: &Outcome<'a>, index: usize) -> BTreeMap<String, Reported> {
-        let walker = &outcome.judged.walker;
-        let values = walker.values(&outcome.judged.fit.walked.z);
+        let walker = &outcome.walker;
+        let values = walker.values(outcome.coordinates());
         let placed = walker.hypothesis.effects[index];
         // As if it were alone on the robot as calibrated.
-        let bare = walker.without_effects_model(&outcome.judged.fit.walked.z);
+        let bare = walker.without_effects_model(outcome.coordinates());
         placed
             .effect
             .report(placed.place, &values[index], &bare)
@@ -315,13 +207,13 @@ impl<'a> Answer<'a, '_> {
             .collect()
     }
 
-    fn effects(&self, best: &Outcome<'a>) -> Vec<TracedEffect> {
-        let walker = &best.judged.walker;
+    fn effects(&self, best: &Outcome<'a>, fit: &Fit) -> Vec<TracedEffect> {
+        let walker = &best.walker;
         let rivals = self.rivals(best);
         let mut effects: Vec<TracedEffect> = (0..walker.hypothesis.effects.len())
             .map(|index| {
                 let placed = walker.hypothesis.effects[index];
-                let (interval_95, at_bound, undetermined) = self.intervals(best, index);
+                let (interval_95, at_bound, undetermined) = intervals(walker, fit, index);
                 TracedEffect {
                     kind: placed.effect.kind().into(),
                     parameters: self.report(best, index),
@@ -335,7 +227,7 @@ impl<'a> Answer<'a, '_> {
             })
             .collect();
         if best.is_locked() {
-            let legs = best.judged.base.morphology.damaged_legs();
+            let legs = best.walker.hypothesis.morphology.damaged_legs();
             effects.push(TracedEffect {
                 kind: LOCKED.into(),
                 parameters: [("legs".to_string(), Reported::Numbers(legs))].into(),
@@ -367,7 +259,7 @@ impl<'a> Answer<'a, '_> {
                 .map(|(one, _)| one)
                 .find(|one| one.kinds() == *set);
             let Some(outcome) = of_set else { continue };
-            for (index, placed) in outcome.judged.walker.hypothesis.effects.iter().enumerate() {
+            for (index, placed) in outcome.walker.hypothesis.effects.iter().enumerate() {
                 let kind = placed.effect.kind();
                 if !own.contains(&kind) && !rivals.iter().any(|rival| rival.kind == kind) {
                     rivals.push(Rival {
@@ -380,63 +272,6 @@ impl<'a> Answer<'a, '_> {
         rivals
     }
 
-    /// Intervals of what is reported, parameters at a bound, and those that the log does not tell:
-    /// their posterior is as wide as their prior.
-    fn intervals(
-        &self,
-        best: &Outcome<'a>,
-        index: usize,
-    ) -> (BTreeMap<String, [f64; 2]>, Vec<String>, Vec<String>) {
-        let walker = &best.judged.walker;
-        let fit = &best.judged.fit;
-        let covariance = fit.covariance();
-        let placed = walker.hypothesis.effects[index];
-        let bare = walker.without_effects_model(&fit.walked.z);
-        let parameters = placed.effect.parameters(placed.place, &bare);
-        let first = walker.nuisances()
-            + walker.values(&fit.walked.z)[..index]
-                .iter()
-                .map(Vec::len)
-                .sum::<usize>();
-        let reported = |z: &nalgebra::DVector<f64>| {
-            placed
-                .effect
-                .report(placed.place, &walker.values(z)[index], &bare)
-        };
-        let (mut low, mut at_bound, mut undetermined) =
-            (reported(&fit.walked.z), Vec::new(), Vec::new());
-        let mut high = low.clone();
-        for (k, parameter) in parameters.iter().enumerate() {
-            let value = walker.values(&fit.walked.z)[index][k];
-            if parameter.is_at_bound(value) {
-                at_bound.push(parameter.name.into());
-            }
-            let deviation = covariance[(first + k, first + k)].max(0.0).sqrt();
-            if deviation > UNDETERMINED {
-                undetermined.push(parameter.name.into());
-                continue;
-            }
-            for end in [-NORMAL_95, NORMAL_95] {
-                let mut z = fit.walked.z.clone();
-                z[first + k] += end * deviation;
-                for (name, value) in reported(&z) {
-                    if let (Some(low), Some(high)) = (low.get_mut(&name), high.get_mut(&name)) {
-                        *low = low.min(value);
-                        *high = high.max(value);
-                    }
-                }
-            }
-        }
-        let interval_95 = low
-            .into_iter()
-            .filter_map(|(name, low)| {
-                let high = *high.get(&name)?;
-                (high > low).then_some((name, [low, high]))
-            })
-            .collect();
-        (interval_95, at_bound, undetermined)
-    }
-
     fn alternatives(&self) -> Vec<WalkAlternative> {
         let (most, least) = ALTERNATIVES;
         let ranked = self.posterior.ranked().iter();
@@ -444,9 +279,9 @@ impl<'a> Answer<'a, '_> {
             .take(most)
             .filter(|(_, probability)| *probability >= least)
             .map(|(outcome, probability)| {
-                let effects = outcome.judged.walker.hypothesis.effects.iter().enumerate();
+                let effects = outcome.walker.hypothesis.effects.iter().enumerate();
                 WalkAlternative {
-                    morphology: outcome.judged.base.morphology.clone(),
+                    morphology: outcome.walker.hypothesis.morphology.clone(),
                     locked_links: outcome.is_locked(),
                     effects: effects
                         .map(|(index, placed)| Rival {
@@ -466,13 +301,13 @@ impl<'a> Answer<'a, '_> {
         let own = best.kinds();
         let mut candidates: Vec<WalkCandidate> = Vec::new();
         for (outcome, _) in self.posterior.ranked() {
-            for (index, placed) in outcome.judged.walker.hypothesis.effects.iter().enumerate() {
+            for (index, placed) in outcome.walker.hypothesis.effects.iter().enumerate() {
                 let kind = placed.effect.kind();
                 if own.contains(&kind) || candidates.iter().any(|known| known.kind == kind) {
                     continue;
                 }
                 let probability = self.probability_of_kind(kind);
-                let errors = self.errors_of(&outcome.judged).ok();
+                let errors = self.errors_of(outcome).ok();
                 candidates.push(WalkCandidate {
                     kind: kind.into(),
                     parameters: self.report(outcome, index),
@@ -498,118 +333,103 @@ impl<'a> Answer<'a, '_> {
     }
 
     fn nuisance(&self, best: &Outcome<'a>) -> BTreeMap<String, f64> {
-        let names = Nuisance::of(&best.judged.base.morphology, self.record).into_iter();
+        let names = Nuisance::of(&best.walker.hypothesis.morphology, self.record).into_iter();
         names
             .map(Nuisance::name)
-            .zip(best.judged.fit.walked.z.iter().copied())
+            .zip(best.coordinates().iter().copied())
             .collect()
     }
 
-    fn described(&self, judged: &Judged<'a>) -> Result<WholeWalk, WalkError> {
-        let mut z = judged.base.with(Vec::new()).described(&[]);
+    /// The errors of the robot as described, without effects.
+    fn errors_as_described(&self, bare: &Outcome<'a>) -> Result<StretchErrors, WalkError> {
+        let walker = bare.walker.without_effects();
+        let mut z = walker.described(&[]);
         // Time has no zero: the start of the walk is part of the comparison.
-        z[0] = judged.fit.walked.z[0];
-        self.whole(&judged.base.with(Vec::new()), &z)
+        z[0] = bare.coordinates()[0];
+        let residual_deg = self.residual_deg(&walker, &z)?;
+        Ok(stretch_errors(self.record, &residual_deg, Corrected::Heading).0)
     }
 
-    fn errors_of(&self, judged: &Judged<'a>) -> Result<(StretchErrors, Axes<Vec<f64>>), WalkError> {
-        let whole = self.whole(&judged.walker, &judged.fit.walked.z)?;
-        Ok(self.errors(&whole, Corrected::Drift))
+    fn errors_of(
+        &self,
+        outcome: &Outcome<'a>,
+    ) -> Result<(StretchErrors, Axes<Vec<f64>>), WalkError> {
+        let residual_deg = self.residual_deg(&outcome.walker, outcome.coordinates())?;
+        Ok(stretch_errors(self.record, &residual_deg, Corrected::Drift))
     }
 
-    /// The walk over the whole record.
-    fn whole(
+    /// What a walk leaves of the whole record.
+    fn residual_deg(
         &self,
         walker: &Walker<'a>,
-        z: &nalgebra::DVector<f64>,
-    ) -> Result<WholeWalk, WalkError> {
+        z: &DVector<f64>,
+    ) -> Result<Axes<Vec<f64>>, WalkError> {
         let model = walker.model(z);
         let samples = self.record.times_s().len();
         let body = model
             .walk(&walker.hypothesis.morphology, self.record, samples)?
             .ok_or(WalkError::Diverged)?;
-        Ok(WholeWalk {
-            residual_deg: residual(self.record, &model.observe(&body, self.record, samples)),
-        })
-    }
-
-    /// Errors of a walk on the stretch that decided, and on the one that nothing has seen.
-    fn errors(&self, walk: &WholeWalk, corrected: Corrected) -> (StretchErrors, Axes<Vec<f64>>) {
-        let record = self.record;
-        let residual_deg = walk.residual_deg.as_ref().map(|axis, residual| {
-            without_zeros(record, residual, corrected, axis == mlr_filter::Axis::Yaw)
-        });
-        let square = |range: std::ops::Range<usize>| {
-            let axes = residual_deg.as_ref().into_array();
-            axes.map(|axis| {
-                let axis = &axis[range.clone()];
-                axis.iter().map(|x| x * x).sum::<f64>() / axis.len().max(1) as f64
-            })
-        };
-        let errors = StretchErrors::new(square(record.fit()), square(record.unseen()));
-        (errors, residual_deg)
+        Ok(residual_deg(
+            self.record,
+            &model.observe(&body, self.record, samples),
+        ))
     }
 }
 
 /// A parameter whose posterior has this share of its prior's deviation is not determined.
 const UNDETERMINED: f64 = 0.8;
 
-struct WholeWalk {
-    residual_deg: Axes<Vec<f64>>,
-}
-
-/// What of a residual is no error of the robot.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Corrected {
-    /// Where yaw has its zero.
-    Heading,
-    /// The zero of yaw, the rate of turning and the lean of the walking body, which no contact model
-    /// gets right: as found on the stretch that decides.
-    Drift,
-}
-
-fn residual(record: &WalkRecord, predicted: &Axes<Vec<f64>>) -> Axes<Vec<f64>> {
-    let measured = record.measured_deg();
-    let of = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
-    Axes {
-        roll: of(&measured.roll, &predicted.roll),
-        pitch: of(&measured.pitch, &predicted.pitch),
-        yaw: of(&measured.yaw, &predicted.yaw),
-    }
-}
-
-fn without_zeros(
-    record: &WalkRecord,
-    residual: &[f64],
-    corrected: Corrected,
-    is_yaw: bool,
-) -> Vec<f64> {
-    let fit = record.fit();
-    let of_fit = &residual[fit.clone()];
-    let n = of_fit.len() as f64;
-    let mean = of_fit.iter().sum::<f64>() / n.max(1.0);
-    if !is_yaw && corrected == Corrected::Heading {
-        return residual.to_vec();
-    }
-    let walks = |index: usize| record.times_s()[index] > record.start_s();
-    if !is_yaw {
-        let lean = |(k, x): (usize, &f64)| if walks(k) { x - mean } else { *x };
-        return residual.iter().enumerate().map(lean).collect();
-    }
-    let times_s = record.times_s();
-    let middle_s = of_fit.len() as f64 / 2.0 * WalkRecord::PERIOD_S + times_s[fit.start];
-    let lever: f64 = fit.clone().map(|k| (times_s[k] - middle_s).powi(2)).sum();
-    let along: f64 = fit
-        .clone()
-        .map(|k| (times_s[k] - middle_s) * residual[k])
-        .sum();
-    let slope_dps = match corrected {
-        Corrected::Heading => 0.0,
-        Corrected::Drift => along / lever.max(1e-9),
+/// Intervals of what is reported, parameters at a bound, and those that the log does not tell:
+/// their posterior is as wide as their prior.
+fn intervals(
+    walker: &Walker<'_>,
+    fit: &Fit,
+    index: usize,
+) -> (BTreeMap<String, [f64; 2]>, Vec<String>, Vec<String>) {
+    let covariance = fit.covariance();
+    let placed = walker.hypothesis.effects[index];
+    let bare = walker.without_effects_model(&fit.walked.z);
+    let parameters = placed.effect.parameters(placed.place, &bare);
+    let first = walker.nuisances()
+        + walker.values(&fit.walked.z)[..index]
+            .iter()
+            .map(Vec::len)
+            .sum::<usize>();
+    let reported = |z: &nalgebra::DVector<f64>| {
+        placed
+            .effect
+            .report(placed.place, &walker.values(z)[index], &bare)
     };
-    residual
-        .iter()
-        .enumerate()
-        .map(|(k, x)| x - mean - slope_dps * (times_s[k] - middle_s))
-        .collect()
+    let (mut low, mut at_bound, mut undetermined) =
+        (reported(&fit.walked.z), Vec::new(), Vec::new());
+    let mut high = low.clone();
+    for (k, parameter) in parameters.iter().enumerate() {
+        let value = walker.values(&fit.walked.z)[index][k];
+        if parameter.is_at_bound(value) {
+            at_bound.push(parameter.name.into());
+        }
+        let deviation = covariance[(first + k, first + k)].max(0.0).sqrt();
+        if deviation > UNDETERMINED {
+            undetermined.push(parameter.name.into());
+            continue;
+        }
+        for end in [-NORMAL_95, NORMAL_95] {
+            let mut z = fit.walked.z.clone();
+            z[first + k] += end * deviation;
+            for (name, value) in reported(&z) {
+                if let (Some(low), Some(high)) = (low.get_mut(&name), high.get_mut(&name)) {
+                    *low = low.min(value);
+                    *high = high.max(value);
+                }
+            }
+        }
+    }
+    let interval_95 = low
+        .into_iter()
+        .filter_map(|(name, low)| {
+            let high = *high.get(&name)?;
+            (high > low).then_some((name, [low, high]))
+        })
+        .collect();
+    (interval_95, at_bound, undetermined)
 }

@@ -16,6 +16,17 @@ pub(crate) struct Hypothesis {
     pub(crate) effects: Vec<Placement>,
 }
 
+impl Hypothesis {
+    /// Whether it says the same, whatever the order of its effects.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let has_all = self.effects.iter().all(|one| other.effects.contains(one));
+        self.morphology == other.morphology
+            && self.lost_links == other.lost_links
+            && self.effects.len() == other.effects.len()
+            && has_all
+    }
+}
+
 /// An effect at a place.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placement {
@@ -103,6 +114,15 @@ impl<'a> Walker<'a> {
             nominal,
             coordinates,
         }
+    }
+
+    /// The same robot without effects.
+    pub(crate) fn without_effects(&self) -> Self {
+        let hypothesis = Hypothesis {
+            effects: Vec::new(),
+            ..self.hypothesis.clone()
+        };
+        Self::new(hypothesis, self.observation, self.settings, &self.nominal)
     }
 
     /// Coordinates of a robot as described, with these values of the effects' parameters.

@@ -10,11 +10,13 @@ mod hypothesis;
 mod model;
 mod nuisance;
 mod observation;
+mod outcome;
 mod record;
 mod report;
 mod residual_left;
 mod search;
 mod sensing;
+mod stretch_errors;
 
 pub use answer::{EvidenceSettings, explain_walk};
 pub use calibrated_walk::{CalibratedParameter, CalibratedWalk};

@@ -6,6 +6,7 @@ pub(crate) mod prior;
 mod proposals;
 mod race;
 pub(crate) mod screening;
+mod unfitted;
 mod whole;
 
 use std::sync::Arc;
@@ -18,6 +19,7 @@ use self::{
     base::{Base, Setting},
     prior::EffectPrior,
     proposals::sort,
+    unfitted::Unfitted,
 };
 use super::{evidence::Fit, hypothesis::Walker};
 use crate::Progress;
@@ -39,6 +41,14 @@ pub(crate) struct Judged<'a> {
     pub(crate) fit: Fit,
     /// Logarithm of evidence times prior probability.
     pub(crate) ln_weight: f64,
+}
+
+/// What a search found.
+pub(crate) struct Searched<'a> {
+    /// Every hypothesis that was fitted over the whole stretch, in no order.
+    pub(crate) fitted: Vec<Judged<'a>>,
+    /// Those that were not worth a fit.
+    pub(crate) unfitted: Vec<Unfitted<'a>>,
 }
 
 /// How much is tried. Each number bounds the effort and decides nothing: what is left out scored
@@ -111,12 +121,15 @@ pub(crate) struct Search<'a, 'p> {
 }
 
 impl<'a> Search<'a, '_> {
-    /// Every hypothesis that was fitted over the whole stretch, in no order.
-    pub(crate) fn run(&self, suspects: &[Suspect]) -> Vec<Judged<'a>> {
+    /// Proposes hypotheses, and fits those that promise most.
+    pub(crate) fn run(&self, suspects: &[Suspect]) -> Searched<'a> {
         let bases = self.bases(suspects);
         let bare = self.without_effects(&bases);
         if self.effort.most_effects == 0 {
-            return self.over_the_whole_stretch(&bare);
+            return Searched {
+                fitted: self.over_the_whole_stretch(&bare),
+                unfitted: Vec::new(),
+            };
         }
         let screened = self.screened(&bare);
         let mut proposals = self.singles(&screened);
@@ -134,7 +147,11 @@ impl<'a> Search<'a, '_> {
             ranked.extend(self.race(entrants));
             sort_judged(&mut ranked);
         }
-        self.over_the_whole_stretch(&ranked)
+        let fitted = self.over_the_whole_stretch(&ranked);
+        Searched {
+            unfitted: self.unfitted(&screened, &ranked, &fitted),
+            fitted,
+        }
     }
 
     /// What turns the logarithm of a hypothesis' evidence, whose parameters have standard normal

@@ -1,0 +1,173 @@
+//! Hypotheses with their probabilities, something unknown among them.
+
+use mlr_model::LostLinks;
+use nalgebra::DVector;
+
+use super::{
+    EffectPrior, Observation,
+    evidence::{Fit, LinearModel},
+    hypothesis::Walker,
+    search::{Judged, Searched},
+};
+use crate::Posterior;
+
+/// Amplitudes of something unknown, degrees, each as probable as the others: from what the model
+/// gets wrong of a healthy robot to what throws one over.
+const UNKNOWN_DEG: [f64; 6] = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
+/// The likeliest hypotheses that something unknown may add to.
+const WITH_UNKNOWN: usize = 3;
+/// Lost links that hang on: an effect by its name.
+pub(super) const LOCKED: &str = "locked_links";
+
+/// One hypothesis of the posterior.
+#[derive(Debug, Clone)]
+pub(super) struct Outcome<'a> {
+    pub(super) walker: Walker<'a>,
+    /// How its parameters are known.
+    weighed: Weighed,
+    /// Whether something that no effect of the library makes adds to it.
+    pub(super) unknown: bool,
+}
+
+#[derive(Debug, Clone)]
+enum Weighed {
+    /// By a fit over the whole stretch.
+    Fit(Box<Fit>),
+    /// By a linear model, with its most probable coordinates.
+    LinearModel(DVector<f64>),
+}
+
+impl<'a> Outcome<'a> {
+    fn fitted(judged: Judged<'a>) -> Self {
+        Self {
+            walker: judged.walker,
+            weighed: Weighed::Fit(Box::new(judged.fit)),
+            unknown: false,
+        }
+    }
+
+    /// Its most probable coordinates.
+    pub(super) fn coordinates(&self) -> &DVector<f64> {
+        match &self.weighed {
+            Weighed::Fit(fit) => &fit.walked.z,
+            Weighed::LinearModel(coordinates) => coordinates,
+        }
+    }
+
+    /// Its fit, where it was worth one.
+    pub(super) fn fit(&self) -> Option<&Fit> {
+        match &self.weighed {
+            Weighed::Fit(fit) => Some(fit),
+            Weighed::LinearModel(_) => None,
+        }
+    }
+
+    pub(super) fn is_locked(&self) -> bool {
+        let hypothesis = &self.walker.hypothesis;
+        hypothesis.lost_links == LostLinks::Locked && !hypothesis.morphology.is_healthy()
+    }
+
+    /// The kinds of its effects, in order of their names.
+    pub(super) fn kinds(&self) -> Vec<&'static str> {
+        let effects = self.walker.hypothesis.effects.iter();
+        let mut kinds: Vec<&'static str> = effects.map(|placed| placed.effect.kind()).collect();
+        if self.is_locked() {
+            kinds.push(LOCKED);
+        }
+        if self.unknown {
+            kinds.push("unknown");
+        }
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds
+    }
+}
+
+/// Of each hypothesis the likeliest fit, with and without something unknown; hypotheses that were
+/// not fitted by what their linear models promise. `None` where nothing was fitted.
+pub(super) fn posterior<'a>(
+    observation: &Observation<'a>,
+    prior: &EffectPrior,
+    searched: Searched<'a>,
+) -> Option<Posterior<Outcome<'a>>> {
+    let Searched {
+        mut fitted,
+        unfitted,
+    } = searched;
+    fitted.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+    let mut outcomes: Vec<(Outcome<'a>, f64)> = Vec::new();
+    let is_known = |outcomes: &[(Outcome<'a>, f64)], walker: &Walker<'a>| {
+        let mut known = outcomes.iter();
+        known.any(|(one, _)| one.walker.hypothesis.is_same(&walker.hypothesis))
+    };
+    for judged in fitted {
+        if !is_known(&outcomes, &judged.walker) {
+            let ln_weight = judged.ln_weight;
+            outcomes.push((Outcome::fitted(judged), ln_weight));
+        }
+    }
+    let has_no_effect = |one: &Outcome<'a>| one.walker.hypothesis.effects.is_empty();
+    let bare = outcomes.iter().position(|(one, _)| has_no_effect(one));
+    let top = 0..outcomes.len().min(WITH_UNKNOWN);
+    let bare = bare.filter(|index| !top.contains(index));
+    let with_unknown: Vec<(Outcome<'a>, f64)> = top
+        .chain(bare)
+        .filter_map(|index| {
+            let (outcome, ln_weight) = &outcomes[index];
+            let ln_gain = ln_gain_of_unknown(observation, &outcome.walker, outcome.fit()?)?;
+            let outcome = Outcome {
+                unknown: true,
+                ..outcome.clone()
+            };
+            Some((outcome, ln_weight + ln_gain))
+        })
+        .collect();
+    for one in unfitted {
+        if !is_known(&outcomes, &one.walker) {
+            let outcome = Outcome {
+                walker: one.walker,
+                weighed: Weighed::LinearModel(one.coordinates),
+                unknown: false,
+            };
+            outcomes.push((outcome, one.ln_weight));
+        }
+    }
+    let known = outcomes
+        .into_iter()
+        .map(|(one, ln_weight)| (one, ln_weight + (1.0 - prior.unknown).ln()));
+    let with_unknown = with_unknown
+        .into_iter()
+        .map(|(one, ln_weight)| (one, ln_weight + prior.unknown.ln()));
+    let posterior = Posterior::new(known.chain(with_unknown));
+    let is_fitted = |(one, _): &(Outcome<'a>, f64)| one.fit().is_some();
+    posterior
+        .ranked()
+        .iter()
+        .any(is_fitted)
+        .then_some(posterior)
+}
+
+/// Logarithm of the factor by which something unknown raises the evidence: the mean over its
+/// amplitudes. `None` where the errors have no covariance.
+fn ln_gain_of_unknown(
+    observation: &Observation<'_>,
+    walker: &Walker<'_>,
+    fit: &Fit,
+) -> Option<f64> {
+    let spread = walker.spread(&fit.jacobian);
+    let linear = |unknown_deg: f64| {
+        let whitening = observation.whitening_with(spread, unknown_deg)?;
+        let linear = LinearModel {
+            residual: whitening.apply_to(&fit.walked.residual),
+            coordinates: fit.walked.z.clone(),
+            jacobian: whitening.apply(&fit.jacobian),
+            held: 0,
+        };
+        Some(linear.ln_evidence(&whitening).0)
+    };
+    let without = linear(0.0)?;
+    let each: Vec<f64> = UNKNOWN_DEG.iter().copied().filter_map(linear).collect();
+    let greatest = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mean = each.iter().map(|ln| (ln - greatest).exp()).sum::<f64>() / UNKNOWN_DEG.len() as f64;
+    Some(greatest + mean.ln() - without)
+}
