@@ -23,6 +23,8 @@ HARMONICS = 8
 ANY_YAW_DEG = 180.0
 GYROSCOPE_DEG_PER_SQRT_S = 0.004
 SCALES = 2.0 ** np.arange(-1.5, 5.1, 0.5)
+ANY_SCALE = np.where(SCALES >= 1.0, -np.log((SCALES >= 1.0).sum()), -np.inf)
+UNUSUAL = 0.05  # share of robots whose walk the engine does not meet, for no known reason
 PARTS = ("constant", "periodic", "irregular")
 AMPLITUDE = ("base_deg", "swing_share", "spread_share")
 PRIOR_SPREAD = 1.5  # of the logarithm of each parameter about where the search starts
@@ -34,7 +36,7 @@ def starting_point():
         values[f"{axis}.white"] = {"base_deg": 0.01, "swing_share": 0.002, "spread_share": 0.01}
         for part in PARTS:
             values[f"{axis}.{part}"] = {"base_deg": 0.03, "swing_share": 0.01, "spread_share": 0.2}
-        values[axis] = {"harmonic_decay": 0.5, "coherence_s": 4.0, "irregular_s": 0.3, "ln_scale_deviation": 0.5}
+        values[axis] = {"harmonic_decay": 0.5, "coherence_s": 4.0, "irregular_s": 0.3, "ln_scale_deviation": 0.5, "ln_scale_spread": 0.2}
     values["turning"] = {"base_dps": 0.4, "share": 0.1, "spread_share": 0.3}
     values["all"] = {"largest_spread_deg": 4.0}
     return {f"{group}.{name}": value for group, names in values.items() for name, value in names.items()}
@@ -93,7 +95,7 @@ class Walk:
         count = self.sensitivity.shape[0]
         ln_density, normal = -0.5 * self.z2, np.eye(count)
         # Roll and pitch have a scale of the errors in common, yaw has its own.
-        for axes, deviation in ((0, 1), "tilt.ln_scale_deviation"), ((2,), "yaw.ln_scale_deviation"):
+        for axes, axes_name in ((0, 1), "tilt"), ((2,), "yaw"):
             curvature, square = np.zeros((count, count)), 0.0
             for axis in axes:
                 try:
@@ -105,8 +107,10 @@ class Walk:
                 curvature += white[:, :-1].T @ white[:, :-1]
                 square += white[:, -1] @ white[:, -1]
                 ln_density -= np.log(np.diag(factor)).sum()
-            tail = -2.0 * np.log1p((np.log(SCALES) / p[deviation]) ** 2 / 3.0)
-            terms = tail - np.logaddexp.reduce(tail) - 0.5 * square / SCALES**2
+            wide = p[f"{axes_name}.ln_scale_deviation"] + p[f"{axes_name}.ln_scale_spread"] * np.log1p(self.spread_deg)
+            usual = -0.5 * (np.log(SCALES) / wide) ** 2
+            prior = np.logaddexp(np.log(1.0 - UNUSUAL) + usual - np.logaddexp.reduce(usual), np.log(UNUSUAL) + ANY_SCALE)
+            terms = prior - 0.5 * square / SCALES**2
             terms -= len(axes) * len(self.t) * np.log(SCALES)
             total = np.logaddexp.reduce(terms)
             ln_density += total
@@ -161,7 +165,7 @@ def table(p, power):
     lines += [f"{name} = {p[f'turning.{name}']:.4g}" for name in ("base_dps", "share", "spread_share")]
     for axis in ("tilt", "yaw"):
         lines += ["", f"[{axis}]"]
-        lines += [f"{name} = {p[f'{axis}.{name}']:.4g}" for name in ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation")]
+        lines += [f"{name} = {p[f'{axis}.{name}']:.4g}" for name in ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread")]
         for part in ("white", *PARTS):
             lines.append(f"{part} = {{ " + ", ".join(f"{a} = {p[f'{axis}.{part}.{a}']:.4g}" for a in AMPLITUDE) + " }")
     return "\n".join(lines) + "\n"
@@ -171,7 +175,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("walks", nargs="+")
     parser.add_argument("-o", "--output", required=True)
-    parser.add_argument("--sweeps", type=int, default=8)
+    parser.add_argument("--sweeps", type=int, default=14)
     parser.add_argument("--power", type=float, default=0.2)
     args = parser.parse_args()
     load(args.walks)

@@ -4,7 +4,7 @@ use mlr_filter::SettingError;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::WalkRecord;
+use super::{WalkRecord, observation::GROUPS};
 
 /// Covariance of the model discrepancy of a walk, learned from robots that lack nothing
 /// (`tools/plant/discrepancy.py`).
@@ -54,9 +54,11 @@ pub struct AxisDiscrepancy {
     pub coherence_s: f64,
     /// Correlation time of the irregular part.
     pub irregular_s: f64,
-    /// Spread of the logarithm of the scale between robots, of a Student distribution with three
-    /// degrees of freedom.
+    /// Standard deviation of the logarithm of the scale between robots that all walk alike.
     pub ln_scale_deviation: f64,
+    /// What is added to it where robots of one make spread: times the logarithm of 1 and this spread
+    /// of roll and pitch in degrees.
+    pub ln_scale_spread: f64,
 }
 
 /// Standard deviation of the rate of turning.
@@ -84,6 +86,9 @@ pub struct Amplitude {
     pub spread_share: f64,
 }
 
+/// Half octaves of the scale of the discrepancy: from a third of what is usual to what throws a
+/// robot over.
+const SCALE_OCTAVES: std::ops::RangeInclusive<i32> = -3..=10;
 /// Harmonics of the gait that a record at [`WalkRecord::RATE_HZ`] shows.
 const HARMONICS: usize = 8;
 /// A yaw angle has no zero: this much off is nothing.
@@ -156,7 +161,8 @@ impl AxisDiscrepancy {
         check("coherence_s", self.coherence_s, 0.01..=1e4, "s")?;
         check("irregular_s", self.irregular_s, 1e-3..=1e3, "s")?;
         let deviation = self.ln_scale_deviation;
-        check("ln_scale_deviation", deviation, 1e-3..=10.0, "")
+        check("ln_scale_deviation", deviation, 1e-3..=10.0, "")?;
+        check("ln_scale_spread", self.ln_scale_spread, 0.0..=10.0, "")
     }
 
     /// What the right model usually leaves of a body that swings so far where robots spread little: what
@@ -167,15 +173,22 @@ impl AxisDiscrepancy {
         [self.periodic.variance(swing_deg, 0.0), irregular].map(f64::sqrt)
     }
 
-    /// Factors by which the discrepancy of one robot may exceed what is usual, with the logarithms
-    /// of their probabilities.
-    pub(crate) fn scales(&self) -> Vec<(f64, f64)> {
-        let exponents = (-3..=10).map(|k| 0.5 * f64::from(k));
-        let tail = |exponent: f64| {
-            let ln_scale = exponent * std::f64::consts::LN_2 / self.ln_scale_deviation;
-            -2.0 * (ln_scale * ln_scale / 3.0).ln_1p()
-        };
-        let weights: Vec<(f64, f64)> = exponents.map(|e| (e.exp2(), tail(e))).collect();
+    /// Factors by which the discrepancy of one robot exceeds what is usual, with the logarithms of
+    /// their probabilities: where a walk depends on details, it is either met or missed. All are
+    /// equally probable where something unknown adds to the discrepancy.
+    fn scales(&self, spread: Spread, is_unknown: bool) -> Vec<(f64, f64)> {
+        let deviation = self.ln_scale_deviation + self.ln_scale_spread * spread.tilt_deg.ln_1p();
+        let weights = SCALE_OCTAVES
+            .map(|octave| 0.5 * f64::from(octave))
+            .map(|octave| {
+                let ln_weight = match is_unknown {
+                    true if octave >= 0.0 => 0.0,
+                    true => f64::NEG_INFINITY,
+                    false => -0.5 * (octave * std::f64::consts::LN_2 / deviation).powi(2),
+                };
+                (octave.exp2(), ln_weight)
+            });
+        let weights: Vec<(f64, f64)> = weights.filter(|(_, ln)| ln.is_finite()).collect();
         let sum: f64 = weights.iter().map(|(_, ln)| ln.exp()).sum();
         let normalised = |(scale, ln): (f64, f64)| (scale, ln - sum.ln());
         weights.into_iter().map(normalised).collect()
@@ -228,7 +241,6 @@ struct AxisCorrelations {
     walking: DMatrix<f64>,
     periodic: DMatrix<f64>,
     irregular: DMatrix<f64>,
-    unknown: DMatrix<f64>,
 }
 
 impl Correlations {
@@ -249,9 +261,19 @@ impl Correlations {
         }
     }
 
-    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, with
-    /// something of this amplitude that no model makes; squared degrees.
-    pub(crate) fn covariance(&self, axis: usize, spread: Spread, unknown_deg: f64) -> DMatrix<f64> {
+    /// Factors by which errors of roll and pitch, of yaw, and of the rates at rest may exceed what is
+    /// usual, with the logarithms of their probabilities. Those of the rates do not.
+    pub(crate) fn scales(&self, spread: Spread, unknown: Unknown) -> [Vec<(f64, f64)>; GROUPS] {
+        [
+            self.discrepancy.tilt.scales(spread, unknown.in_tilt),
+            self.discrepancy.yaw.scales(spread, unknown.in_yaw),
+            vec![(1.0, 0.0)],
+        ]
+    }
+
+    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, squared
+    /// degrees.
+    pub(crate) fn covariance(&self, axis: usize, spread: Spread) -> DMatrix<f64> {
         let (of_axis, parts, swing_deg) = match axis {
             2 => (&self.discrepancy.yaw, &self.axes[1], self.swing_deg[1]),
             _ => (&self.discrepancy.tilt, &self.axes[0], self.swing_deg[0]),
@@ -268,9 +290,6 @@ impl Correlations {
         sum += variance(of_axis.constant) * &parts.walking;
         sum += variance(of_axis.periodic) * &parts.periodic;
         sum += variance(of_axis.irregular) * &parts.irregular;
-        if unknown_deg > 0.0 {
-            sum += unknown_deg * unknown_deg * &parts.unknown;
-        }
         let base = of_axis.white.base_deg * of_axis.white.base_deg;
         for k in 0..sum.nrows() {
             let walking = parts.walking[(k, k)];
@@ -335,26 +354,8 @@ impl AxisCorrelations {
             walking: of_walk(&|_, _| 1.0),
             periodic: of_walk(&periodic),
             irregular: of_walk(&irregular),
-            unknown: of_walk(&|a, b| any_oscillation(walked_s[a] - walked_s[b])),
         }
     }
-}
-
-/// Frequencies of what no model makes, hertz: from a slow wander to what the samples still show.
-const UNKNOWN_HZ: std::ops::Range<f64> = 0.3..6.0;
-/// Points of the integral over these.
-const UNKNOWN_POINTS: u32 = 24;
-
-/// Correlation over a lag of an oscillation of unit variance with any phase, whose frequency is as
-/// probable in any octave as in another.
-fn any_oscillation(lag_s: f64) -> f64 {
-    let ratio = UNKNOWN_HZ.end / UNKNOWN_HZ.start;
-    let waves = (0..UNKNOWN_POINTS).map(|k| {
-        let share = (f64::from(k) + 0.5) / f64::from(UNKNOWN_POINTS);
-        let frequency_hz = UNKNOWN_HZ.start * libm::pow(ratio, share);
-        libm::cos(std::f64::consts::TAU * frequency_hz * lag_s)
-    });
-    waves.sum::<f64>() / f64::from(UNKNOWN_POINTS)
 }
 
 /// The angle turned at each sample by a robot that turns by one degree per second: its strides grow over
@@ -365,6 +366,32 @@ pub(crate) fn turned_s(walked_s: &[f64], period_s: f64) -> Vec<f64> {
         false => walked_s - period_s / 2.0,
     };
     walked_s.iter().copied().map(turned).collect()
+}
+
+/// Where something acts that no effect of the library makes: it multiplies what the model usually
+/// gets wrong there, whatever that is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Unknown {
+    pub(crate) in_tilt: bool,
+    pub(crate) in_yaw: bool,
+}
+
+impl Unknown {
+    /// Every place that it may act at.
+    pub(crate) const ANYWHERE: [Self; 3] = [
+        Self {
+            in_tilt: true,
+            in_yaw: false,
+        },
+        Self {
+            in_tilt: false,
+            in_yaw: true,
+        },
+        Self {
+            in_tilt: true,
+            in_yaw: true,
+        },
+    ];
 }
 
 /// How far robots of one make spread in a walk.
@@ -393,11 +420,39 @@ mod tests {
 
     #[test]
     fn the_scales_are_a_distribution_about_one() {
-        let scales = Discrepancy::default().tilt.scales();
-        let sum: f64 = scales.iter().map(|(_, ln)| ln.exp()).sum();
-        assert!((sum - 1.0).abs() < 1e-12);
+        let tilt = Discrepancy::default().tilt;
+        for is_unknown in [false, true] {
+            let scales = tilt.scales(Spread::default(), is_unknown);
+            let sum: f64 = scales.iter().map(|(_, ln)| ln.exp()).sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+        }
+        let scales = tilt.scales(Spread::default(), false);
         let likeliest = scales.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
         assert_eq!(likeliest.0, 1.0);
+    }
+
+    #[test]
+    fn errors_far_beyond_the_usual_are_likelier_where_something_unknown_acts() {
+        let record = walking_record();
+        let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
+        let n = observation.samples_of_an_axis() as f64;
+        let ln_gain = |scale: f64, tilt_deg: f64| {
+            let spread = Spread {
+                tilt_deg,
+                ..Spread::default()
+            };
+            // Whitened errors of roll and pitch that are so many times as large as usual.
+            let squares = [2.0 * n * scale * scale, n, 3.0];
+            let ln = |unknown: Unknown| {
+                let whitening = observation.whitening(spread, unknown).unwrap();
+                whitening.ln_density(squares, observation.len()).0
+            };
+            ln(Unknown::ANYWHERE[0]) - ln(Unknown::default())
+        };
+        assert!(ln_gain(0.5, 0.25) < -1.0);
+        assert!(ln_gain(8.0, 0.25) > 2.0);
+        // Control: a robot that may walk in many ways is often missed.
+        assert!(ln_gain(8.0, 3.0) < ln_gain(8.0, 0.25) - 2.0);
     }
 
     #[test]
@@ -407,7 +462,7 @@ mod tests {
         let roll = |spread_deg: f64| {
             let covariance = observation.covariance(Spread {
                 tilt_deg: spread_deg,
-                turning_dps: 0.0,
+                ..Spread::default()
             });
             let n = observation.samples_of_an_axis();
             assert!(covariance.clone().cholesky().is_some());
@@ -422,12 +477,5 @@ mod tests {
         assert!(between.abs() < 1e-3);
         let (other_still, tipping, _) = roll(3.0);
         assert!((other_still - still).abs() < 1e-12 && tipping > 1.5 * walking);
-    }
-
-    #[test]
-    fn an_oscillation_of_any_frequency_forgets_itself() {
-        assert!((any_oscillation(0.0) - 1.0).abs() < 1e-12);
-        assert!(any_oscillation(0.02) > 0.9);
-        assert!(any_oscillation(2.0).abs() < 0.3);
     }
 }

@@ -295,7 +295,9 @@ mod tests {
 
     use super::*;
     use crate::walk::{
-        Discrepancy, Observation, WalkRecord, discrepancy::Spread, record::tests::walking_record,
+        Discrepancy, Observation, WalkRecord,
+        discrepancy::{Spread, Unknown},
+        record::tests::walking_record,
     };
 
     const SPREAD: Spread = Spread {
@@ -306,8 +308,9 @@ mod tests {
     /// A discrepancy whose scale is known and whose likelihood counts in full.
     fn of_known_scale() -> Discrepancy {
         let mut discrepancy = Discrepancy::default();
-        discrepancy.tilt.ln_scale_deviation = 1e-3;
-        discrepancy.yaw.ln_scale_deviation = 1e-3;
+        for axis in [&mut discrepancy.tilt, &mut discrepancy.yaw] {
+            (axis.ln_scale_deviation, axis.ln_scale_spread) = (1e-3, 0.0);
+        }
         Discrepancy {
             power: 1.0,
             ..discrepancy
@@ -344,7 +347,7 @@ mod tests {
     fn the_evidence_of_a_linear_model_is_its_marginal_density() {
         let record = walking_record();
         let observation = Observation::new(&record, &of_known_scale(), 1.0);
-        let whitening = observation.whitening(SPREAD).unwrap();
+        let whitening = observation.whitening(SPREAD, Unknown::default()).unwrap();
         let covariance = observation.covariance(SPREAD);
         let exact = |parameters: usize| {
             let (residual, jacobian) = random_model(&record, parameters);
@@ -383,7 +386,7 @@ mod tests {
     fn a_parameter_that_explains_nothing_costs_its_freedom() {
         let record = walking_record();
         let observation = Observation::new(&record, &of_known_scale(), 1.0);
-        let whitening = observation.whitening(SPREAD).unwrap();
+        let whitening = observation.whitening(SPREAD, Unknown::default()).unwrap();
         let (_, jacobian) = random_model(&record, 2);
         let nothing = DVector::zeros(observation.len());
         let ln = |columns: usize| {
@@ -414,7 +417,7 @@ mod tests {
                 ..of_known_scale()
             };
             let observation = Observation::new(&record, &discrepancy, 1.0);
-            let whitening = observation.whitening(SPREAD).unwrap();
+            let whitening = observation.whitening(SPREAD, Unknown::default()).unwrap();
             let (residual, jacobian) = random_model(&record, 0);
             let ln = |residual: &DVector<f64>| {
                 ln_evidence(&whitening, residual, &DVector::zeros(0), &jacobian).0

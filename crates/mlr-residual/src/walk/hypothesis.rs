@@ -5,7 +5,11 @@ use mlr_model::{LostLinks, Morphology};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::{Nuisance, NuisanceSettings, Observation, Prediction, WalkModel, discrepancy::Spread};
+use super::{
+    Nuisance, NuisanceSettings, Observation, Prediction, WalkModel,
+    discrepancy::{Spread, Unknown},
+    observation::Whitening,
+};
 use crate::walk_effects::{EffectParameter, Place, WalkEffect};
 
 /// A morphology, what became of its lost links, and effects at places.
@@ -252,6 +256,13 @@ impl<'a> Walker<'a> {
     pub(crate) fn spread(&self, jacobian: &DMatrix<f64>) -> Spread {
         let of_body = (0..self.nuisances()).filter(|k| !self.is_of_sensing(*k));
         self.observation.spread(of_body.map(|k| jacobian.column(k)))
+    }
+
+    /// For errors of a walk with these sensitivities; `None` where their covariance is not positive
+    /// definite.
+    pub(crate) fn whitening(&self, jacobian: &DMatrix<f64>) -> Option<Whitening> {
+        let spread = self.spread(jacobian);
+        self.observation.whitening(spread, Unknown::default())
     }
 
     /// Change of the prediction per unit of each coordinate in `columns`, in their

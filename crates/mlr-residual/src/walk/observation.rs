@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn};
 
 use super::{
     Discrepancy, Prediction, WalkRecord,
-    discrepancy::{Correlations, Spread, turned_s},
+    discrepancy::{Correlations, Spread, Unknown, turned_s},
 };
 
 /// The samples that hypotheses are judged by.
@@ -19,9 +19,6 @@ pub(crate) struct Observation<'a> {
     indices: Vec<usize>,
     correlations: Correlations,
     rest_rate_dps: f64,
-    /// Factors by which the discrepancy of each group may exceed what is usual, and the logarithms
-    /// of their probabilities.
-    scales: [Vec<(f64, f64)>; GROUPS],
     /// Power of the likelihood.
     power: f64,
     /// The angle turned at each sample by a robot that turns by one degree per second.
@@ -39,6 +36,8 @@ pub(crate) struct Whitening {
     rest_rate_dps: f64,
     /// Logarithm of the determinant of the covariance.
     ln_determinant: f64,
+    /// Factors by which the discrepancy of each group may exceed what is usual, and the logarithms
+    /// of their probabilities.
     scales: [Vec<(f64, f64)>; GROUPS],
     power: f64,
 }
@@ -81,11 +80,6 @@ impl<'a> Observation<'a> {
         Self {
             correlations: Correlations::new(discrepancy, record, &indices, period_s),
             rest_rate_dps: discrepancy.rest_rate_dps,
-            scales: [
-                discrepancy.tilt.scales(),
-                discrepancy.yaw.scales(),
-                vec![(1.0, 0.0)],
-            ],
             power: discrepancy.power,
             turned_s: turned_s(&walked_s, period_s),
             record,
@@ -174,7 +168,7 @@ impl<'a> Observation<'a> {
         let n = self.indices.len();
         let mut whole = DMatrix::zeros(self.len(), self.len());
         for axis in 0..3 {
-            let covariance = self.correlations.covariance(axis, spread, 0.0);
+            let covariance = self.correlations.covariance(axis, spread);
             whole
                 .view_mut((axis * n, axis * n), (n, n))
                 .copy_from(&covariance);
@@ -185,17 +179,12 @@ impl<'a> Observation<'a> {
         whole
     }
 
-    /// For errors of a walk in which robots of one make spread so far; `None` where their covariance
-    /// is not positive definite.
-    pub(crate) fn whitening(&self, spread: Spread) -> Option<Whitening> {
-        self.whitening_with(spread, 0.0)
-    }
-
-    /// The same where something of this amplitude that no model makes adds to the errors.
-    pub(crate) fn whitening_with(&self, spread: Spread, unknown_deg: f64) -> Option<Whitening> {
+    /// For errors of a walk in which robots of one make spread so far, something unknown among them;
+    /// `None` where their covariance is not positive definite.
+    pub(crate) fn whitening(&self, spread: Spread, unknown: Unknown) -> Option<Whitening> {
         let mut ln_determinant = 6.0 * self.rest_rate_dps.ln();
         let mut factor = |axis: usize| -> Option<DMatrix<f64>> {
-            let covariance = self.correlations.covariance(axis, spread, unknown_deg);
+            let covariance = self.correlations.covariance(axis, spread);
             let factor = Cholesky::<f64, Dyn>::new(covariance)?.unpack();
             ln_determinant += 2.0 * factor.diagonal().map(f64::ln).sum();
             Some(factor)
@@ -205,7 +194,7 @@ impl<'a> Observation<'a> {
             factors,
             rest_rate_dps: self.rest_rate_dps,
             ln_determinant,
-            scales: self.scales.clone(),
+            scales: self.correlations.scales(spread, unknown),
             power: self.power,
         })
     }

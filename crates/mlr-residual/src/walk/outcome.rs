@@ -5,15 +5,13 @@ use nalgebra::DVector;
 
 use super::{
     EffectPrior, Observation,
-    evidence::{Fit, LinearModel},
-    hypothesis::Walker,
+    discrepancy::Unknown,
+    evidence::{Fit, ln_evidence},
+    hypothesis::{Walked, Walker},
     search::{Judged, Searched},
 };
 use crate::Posterior;
 
-/// Amplitudes of something unknown, degrees, each as probable as the others: from what the model
-/// gets wrong of a healthy robot to what throws one over.
-const UNKNOWN_DEG: [f64; 6] = [0.1, 0.2, 0.4, 0.8, 1.6, 3.2];
 /// The likeliest hypotheses that something unknown may add to.
 const WITH_UNKNOWN: usize = 3;
 /// Lost links that hang on: an effect by its name.
@@ -147,27 +145,22 @@ pub(super) fn posterior<'a>(
         .then_some(posterior)
 }
 
-/// Logarithm of the factor by which something unknown raises the evidence: the mean over its
-/// amplitudes. `None` where the errors have no covariance.
+/// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over
+/// the places where it may act. `None` where the errors have no covariance.
 fn ln_gain_of_unknown(
     observation: &Observation<'_>,
     walker: &Walker<'_>,
     fit: &Fit,
 ) -> Option<f64> {
+    let Walked { residual, z, .. } = &fit.walked;
     let spread = walker.spread(&fit.jacobian);
-    let linear = |unknown_deg: f64| {
-        let whitening = observation.whitening_with(spread, unknown_deg)?;
-        let linear = LinearModel {
-            residual: whitening.apply_to(&fit.walked.residual),
-            coordinates: fit.walked.z.clone(),
-            jacobian: whitening.apply(&fit.jacobian),
-            held: 0,
-        };
-        Some(linear.ln_evidence(&whitening).0)
+    let with = |unknown: Unknown| {
+        let whitening = observation.whitening(spread, unknown)?;
+        Some(ln_evidence(&whitening, residual, z, &fit.jacobian).0)
     };
-    let without = linear(0.0)?;
-    let each: Vec<f64> = UNKNOWN_DEG.iter().copied().filter_map(linear).collect();
+    let without = with(Unknown::default())?;
+    let each: Vec<f64> = Unknown::ANYWHERE.into_iter().filter_map(with).collect();
     let greatest = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mean = each.iter().map(|ln| (ln - greatest).exp()).sum::<f64>() / UNKNOWN_DEG.len() as f64;
-    Some(greatest + mean.ln() - without)
+    let sum: f64 = each.iter().map(|ln| (ln - greatest).exp()).sum();
+    Some(greatest + (sum / Unknown::ANYWHERE.len() as f64).ln() - without)
 }

@@ -57,7 +57,7 @@ impl<'a> Base<'a> {
         let walker = setting.walker(hypothesis);
         let described = walker.walk(walker.described(&[]))?;
         let jacobian = walker.jacobian(&described, 0..walker.dimension());
-        let whitening = setting.observation.whitening(walker.spread(&jacobian))?;
+        let whitening = walker.whitening(&jacobian)?;
         let fit = walker.advanced(described, jacobian, &whitening, FIRST_STEPS);
         Some(Self {
             whitened_jacobian: whitening.apply(&fit.jacobian),
@@ -78,10 +78,7 @@ impl<'a> Base<'a> {
         let jacobian = walker.jacobian(&self.reference, 0..walker.dimension());
         let fit = walker.advanced(self.reference, jacobian, &self.whitening, REFERENCE_STEPS);
         let jacobian = fit.jacobian;
-        let whitening = self
-            .setting
-            .observation
-            .whitening(walker.spread(&jacobian))?;
+        let whitening = walker.whitening(&jacobian)?;
         Some(Self {
             whitened_jacobian: whitening.apply(&jacobian),
             reference: fit.walked,
@@ -96,7 +93,7 @@ impl<'a> Base<'a> {
         let walker = setting.walker(self.with(Vec::new()).hypothesis);
         let walked = walker.walk(self.reference.z.clone())?;
         let jacobian = walker.jacobian(&walked, 0..walker.dimension());
-        let whitening = setting.observation.whitening(walker.spread(&jacobian))?;
+        let whitening = walker.whitening(&jacobian)?;
         let fit = walker.advanced(walked, jacobian, &whitening, REFERENCE_STEPS);
         Some(Self {
             whitened_jacobian: whitening.apply(&fit.jacobian),

@@ -19,8 +19,8 @@ const OF_A_KIND: usize = 6;
 const REFINED: usize = 6;
 /// The likeliest of these take them a second time.
 const FINALISTS: usize = 2;
-/// Steps on slopes of their own.
-pub(super) const LAST_STEPS: usize = 2;
+/// Steps on slopes of their own, at most: a fit stops where it has converged.
+pub(super) const LAST_STEPS: usize = 5;
 
 impl<'a> Search<'a, '_> {
     /// The most promising, not too many of one kind, each walked where its linear model is
@@ -170,10 +170,7 @@ impl<'a> Search<'a, '_> {
             base, walker, fit, ..
         } = judged;
         let jacobian = walker.jacobian(&fit.walked, 0..walker.dimension());
-        let whitening = base
-            .setting
-            .observation
-            .whitening(walker.spread(&jacobian))?;
+        let whitening = walker.whitening(&jacobian)?;
         let fit = walker.advanced(fit.walked.clone(), jacobian, &whitening, LAST_STEPS);
         Some(self.judge(base, walker.clone(), fit))
     }

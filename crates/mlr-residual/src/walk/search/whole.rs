@@ -74,22 +74,40 @@ impl<'a> Search<'a, '_> {
         sort(&mut proposals);
         running.extend(self.entrants(&screened, &running, proposals, ENTRANTS));
         let mut ranked = self.race(running);
-        let again = ranked
+        let best = ranked
             .iter()
-            .find(|judged| !judged.walker.hypothesis.effects.is_empty())
-            .and_then(|best| self.without_its_effects(best));
-        ranked.extend(again);
+            .find(|judged| !judged.walker.hypothesis.effects.is_empty());
+        let with_fewer = best.map(|best| self.with_fewer_effects(best));
+        ranked.extend(with_fewer.into_iter().flatten());
         ranked
     }
 
-    /// The robot of a hypothesis without its effects, begun from the nuisance parameters that were
-    /// found with them: effects get no credit for a better search of these.
-    fn without_its_effects(&self, judged: &Judged<'a>) -> Option<Judged<'a>> {
-        let base = &judged.base;
-        let walker = base.with(Vec::new());
-        let p = walker.dimension();
-        let z = judged.fit.walked.z.rows(0, p).clone_owned();
-        self.fitted_from(base, walker, z)
+    /// A hypothesis without all of its effects, and without one of several, begun from the parameters
+    /// that were found with them: effects get no credit for a better search of these.
+    fn with_fewer_effects(&self, judged: &Judged<'a>) -> Vec<Judged<'a>> {
+        let (base, known) = (&judged.base, &judged.walker);
+        let z = &judged.fit.walked.z;
+        let values = known.values(z);
+        let count = values.len();
+        let all_but = |left_out: usize| (0..count).filter(|k| *k != left_out).collect();
+        let mut kept: Vec<Vec<usize>> = (0..count).map(all_but).collect();
+        if count > 1 {
+            kept.push(Vec::new());
+        }
+        self.progress.expect_more(kept.len());
+        kept.into_par_iter()
+            .filter_map(|kept| {
+                let effects = kept.iter().map(|k| known.hypothesis.effects[*k]).collect();
+                let values: Vec<Vec<f64>> = kept.iter().map(|k| values[*k].clone()).collect();
+                let walker = base.with(effects);
+                let nuisances = z.rows(0, walker.nuisances()).clone_owned();
+                let z = nuisances.resize_vertically(walker.dimension(), 0.0);
+                let z = walker.with_values(z, &values);
+                let fitted = self.fitted_from(base, walker, z);
+                self.progress.advance();
+                fitted
+            })
+            .collect()
     }
 
     fn fitted_from(
