@@ -7,7 +7,8 @@
 `walks.json` holds, for each walk, what the model of the right robot leaves when its nuisance
 parameters are fitted, and its sensitivities to these. The parameters of the Gaussian process in
 `crates/mlr-residual/src/walk/discrepancy.rs` are those that make all residuals together most
-probable, the nuisance parameters integrated out (type-II maximum likelihood), found by a pattern
+probable, the nuisance parameters integrated out (type-II maximum likelihood): amplitudes first,
+then how the scale of the errors is distributed. They are found by a pattern
 search over their logarithms. Residuals left by a search that stopped early count like the
 engine's: an explanation searches with the same effort.
 """
@@ -91,7 +92,7 @@ class Walk:
             total += (p["turning.base_dps"] ** 2 + turned_dps**2 + spread_dps**2) * self.turning
         return total
 
-    def ln_evidence(self, p):
+    def ln_evidence(self, p, is_robust):
         count = self.sensitivity.shape[0]
         ln_density, normal = -0.5 * self.z2, np.eye(count)
         # Roll and pitch have a scale of the errors in common, yaw has its own.
@@ -108,14 +109,22 @@ class Walk:
                 square += white[:, -1] @ white[:, -1]
                 ln_density -= np.log(np.diag(factor)).sum()
             wide = p[f"{axes_name}.ln_scale_deviation"] + p[f"{axes_name}.ln_scale_spread"] * np.log1p(self.spread_deg)
-            usual = -0.5 * (np.log(SCALES) / wide) ** 2
-            prior = np.logaddexp(np.log(1.0 - UNUSUAL) + usual - np.logaddexp.reduce(usual), np.log(UNUSUAL) + ANY_SCALE)
-            terms = prior - 0.5 * square / SCALES**2
+            terms = ln_scale_prior(wide, is_robust) - 0.5 * square / SCALES**2
             terms -= len(axes) * len(self.t) * np.log(SCALES)
             total = np.logaddexp.reduce(terms)
             ln_density += total
             normal += (np.exp(terms - total) / SCALES**2).sum() * curvature
         return ln_density - 0.5 * np.linalg.slogdet(normal)[1]
+
+
+def ln_scale_prior(wide, is_robust):
+    """Student's distribution of the logarithm, or a normal one beside walks that are missed altogether."""
+    if is_robust:
+        tail = -2.0 * np.log1p((np.log(SCALES) / wide) ** 2 / 3.0)
+        return tail - np.logaddexp.reduce(tail)
+    usual = -0.5 * (np.log(SCALES) / wide) ** 2
+    usual -= np.logaddexp.reduce(usual)
+    return np.logaddexp(np.log(1.0 - UNUSUAL) + usual, np.log(UNUSUAL) + ANY_SCALE)
 
 
 walks = []
@@ -126,22 +135,23 @@ def load(paths):
 
 
 def of_walk(job):
-    index, x = job
-    return walks[index].ln_evidence(dict(zip(NAMES, np.exp(x))))
+    index, x, is_robust = job
+    return walks[index].ln_evidence(dict(zip(NAMES, np.exp(x))), is_robust)
 
 
-def search(pool, sweeps):
+def search(pool, sweeps, x, free, is_robust):
+    """The most probable parameters by a pattern search over the `free` ones, begun at `x`."""
     start = np.log([START[name] for name in NAMES])
 
     def cost(x):
-        prior = 0.5 * ((x - start) ** 2).sum() / PRIOR_SPREAD**2
-        return prior - sum(pool.map(of_walk, [(k, x) for k in range(len(walks))], chunksize=4))
+        prior = 0.5 * ((x - start)[free] ** 2).sum() / PRIOR_SPREAD**2
+        return prior - sum(pool.map(of_walk, [(k, x, is_robust) for k in range(len(walks))], chunksize=4))
 
-    x, step, random = start.copy(), np.full(len(start), 0.7), np.random.default_rng(1)
+    x, step, random = x.copy(), np.full(len(x), 0.7), np.random.default_rng(1)
     best = cost(x)
     for sweep in range(sweeps):
         before = best
-        for k in random.permutation(len(x)):
+        for k in random.permutation(free):
             for sign in (1.0, -1.0):
                 moved = x.copy()
                 moved[k] += sign * step[k]
@@ -155,6 +165,19 @@ def search(pool, sweeps):
         print(f"sweep {sweep + 1}: ln evidence {-best:.1f}", flush=True)
         if before - best < 1.0:
             break
+    return x
+
+
+def learned(pool, sweeps):
+    """Amplitudes first, with a scale of heavy tails, so that walks that are missed do not count; then
+    how the scale is distributed, and how that depends on the spread."""
+    x = np.log([START[name] for name in NAMES])
+    of_spread = [k for k, name in enumerate(NAMES) if name.endswith("ln_scale_spread")]
+    of_scale = [k for k, name in enumerate(NAMES) if "ln_scale" in name]
+    x[of_spread] = np.log(1e-6)
+    x = search(pool, sweeps, x, [k for k in range(len(x)) if k not in of_spread], True)
+    x[of_scale] = np.log([START[NAMES[k]] for k in of_scale])
+    x = search(pool, sweeps, x, of_scale, False)
     return dict(zip(NAMES, np.exp(x)))
 
 
@@ -180,7 +203,7 @@ def main():
     args = parser.parse_args()
     load(args.walks)
     with Pool(initializer=load, initargs=(args.walks,)) as pool:
-        found = search(pool, args.sweeps)
+        found = learned(pool, args.sweeps)
     with open(args.output, "w") as file:
         file.write(table(found, args.power))
 

@@ -103,12 +103,14 @@ const MAY_BE_ZERO: &[&str] = &[
     "explanation.discrepancy.tilt.constant.",
     "explanation.discrepancy.tilt.periodic.",
     "explanation.discrepancy.tilt.irregular.",
+    "explanation.discrepancy.tilt.ln_scale_spread",
     "explanation.discrepancy.yaw.harmonic_decay",
     "explanation.discrepancy.yaw.white.swing_share",
     "explanation.discrepancy.yaw.white.spread_share",
     "explanation.discrepancy.yaw.constant.",
     "explanation.discrepancy.yaw.periodic.",
     "explanation.discrepancy.yaw.irregular.",
+    "explanation.discrepancy.yaw.ln_scale_spread",
     "explanation.effort",
 ];
 

@@ -109,6 +109,10 @@ fn where_the_model_lacks_nothing_nothing_is_added() {
         "{:?}",
         found.effect_probability
     );
+    // A small payload walks like none: it is improbable and not ruled out. A bias shows.
+    let of = |kind: &str| found.effect_probability.get(kind).copied().unwrap_or(0.0);
+    assert!((1e-3..0.1).contains(&of("payload")), "{}", of("payload"));
+    assert!(of("gyro_bias") < 1e-3, "{}", of("gyro_bias"));
     assert!(!found.unexplained, "{:?}", found.residual);
     assert!(found.error_after.validation_deg < 0.1);
     assert_eq!(found.morphology, healthy());

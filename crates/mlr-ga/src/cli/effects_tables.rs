@@ -133,7 +133,7 @@ fn verdict_name(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The verdict is on kinds and legs; the place is told beside it.
+/// The verdict on kinds and legs, and whether an effect was found at a wrong place.
 fn verdict_in_words(score: &EffectsScore) -> String {
     let name = verdict_name(score.verdict);
     let elsewhere = |place: &mlr_ga::scoring::PlaceScore| place.kind_found && !place.place_right;

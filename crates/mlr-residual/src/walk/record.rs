@@ -24,8 +24,8 @@ pub struct WalkRecord {
 
 /// Half of the longest walk that is looked at.
 const LONGEST_S: f64 = 6.0;
-/// Share of the walk that hypotheses are weighed by: what they are told apart by matters more than how
-/// exactly the errors left are known.
+/// Share of the walk that decides between hypotheses. The rest measures their errors, which takes
+/// fewer samples than a decision.
 const FIT_SHARE: f64 = 0.65;
 /// Half of the shortest one of any use, three gait cycles of a second.
 const SHORTEST_S: f64 = 1.5;

@@ -183,13 +183,35 @@ fn keep_likeliest<'a>(
     left_behind: &mut Vec<Judged<'a>>,
 ) -> Vec<Judged<'a>> {
     sort_judged(&mut running);
-    let mut kept = 0;
-    let (stay, go) = running.into_iter().partition(|one| {
-        kept += 1;
-        kept <= most || one.walker.hypothesis.effects.is_empty()
-    });
-    left_behind.extend::<Vec<_>>(go);
-    stay
+    let chosen = likeliest(&running, most);
+    let (stay, go): (Vec<_>, Vec<_>) = running
+        .into_iter()
+        .enumerate()
+        .partition(|(k, one)| chosen.contains(k) || one.walker.hypothesis.effects.is_empty());
+    left_behind.extend(go.into_iter().map(|(_, one)| one));
+    stay.into_iter().map(|(_, one)| one).collect()
+}
+
+/// Indices of so many likeliest of those with effects, `ranked` by their weights. Half of the places
+/// are for those that do not merely add an effect to one that is chosen: else the many that add to
+/// the likeliest would leave none to what else it may be.
+pub(super) fn likeliest(ranked: &[Judged<'_>], most: usize) -> Vec<usize> {
+    let with_effects = || {
+        let each = ranked.iter().enumerate();
+        each.filter(|(_, one)| !one.walker.hypothesis.effects.is_empty())
+    };
+    let mut chosen: Vec<usize> = Vec::new();
+    for (k, one) in with_effects() {
+        if chosen.len() < most.div_ceil(2) && !chosen.iter().any(|c| one.extends(&ranked[*c])) {
+            chosen.push(k);
+        }
+    }
+    for (k, _) in with_effects() {
+        if chosen.len() < most && !chosen.contains(&k) {
+            chosen.push(k);
+        }
+    }
+    chosen
 }
 
 impl Proposal {
@@ -200,6 +222,17 @@ impl Proposal {
 }
 
 impl Judged<'_> {
+    /// Whether it has all effects of another, and more.
+    fn extends(&self, other: &Self) -> bool {
+        let (own, others) = (
+            &self.walker.hypothesis.effects,
+            &other.walker.hypothesis.effects,
+        );
+        Arc::ptr_eq(&self.base, &other.base)
+            && own.len() > others.len()
+            && others.iter().all(|one| own.contains(one))
+    }
+
     fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.base, &other.base)
             && self.walker.hypothesis.effects == other.walker.hypothesis.effects

@@ -9,7 +9,7 @@ use super::{
     BARE, Judged, Search,
     base::Base,
     proposals::{Screened, sort},
-    race::LAST_STEPS,
+    race::{LAST_STEPS, likeliest},
     screening, sort_judged,
 };
 use crate::walk::hypothesis::Walker;
@@ -26,7 +26,7 @@ impl<'a> Search<'a, '_> {
     pub(super) fn over_the_whole_stretch(&self, ranked: &[Judged<'a>]) -> Vec<Judged<'a>> {
         let is_bare = |judged: &&Judged<'a>| judged.walker.hypothesis.effects.is_empty();
         let bare = ranked.iter().filter(is_bare).take(BARE);
-        let with_effects = ranked.iter().filter(|one| !is_bare(one)).take(MOST);
+        let with_effects = likeliest(ranked, MOST).into_iter().map(|k| &ranked[k]);
         let chosen: Vec<&Judged<'a>> = bare.chain(with_effects).collect();
         let mut bases: Vec<(Arc<Base<'a>>, Arc<Base<'a>>)> = Vec::new();
         for judged in &chosen {
