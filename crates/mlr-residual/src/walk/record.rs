@@ -260,6 +260,14 @@ pub(crate) mod tests {
             .dead_reckoned()
     }
 
+    /// A robot that was commanded to walk after a second, and is level all the time.
+    pub(crate) fn level_record() -> WalkRecord {
+        let times_s: Vec<f64> = (0..420).map(|i| f64::from(i) * 0.01).collect();
+        let level = Axes::from_fn(|_| vec![0.0; times_s.len()]);
+        let recording = OrientationSeries::new(times_s, level).unwrap();
+        WalkRecord::new(&recording, 1.0, true, 1.0, None).unwrap()
+    }
+
     fn recording(duration_s: f64) -> OrientationSeries {
         let times_s: Vec<f64> = (0..(duration_s * 200.0) as u32)
             .map(|i| f64::from(i) / 200.0)

@@ -121,6 +121,13 @@ impl<'a> Base<'a> {
         })
     }
 
+    /// The hypothesis of `known` with one effect more.
+    pub(crate) fn with_added(&self, known: &Walker<'_>, added: Placement) -> Walker<'a> {
+        let mut effects = known.hypothesis.effects.clone();
+        effects.push(added);
+        self.with(effects)
+    }
+
     /// The linear model of the robot as described with what `starts` add to its prediction.
     /// Effects stay near their starts where they are `held`.
     pub(crate) fn linear(&self, starts: &[&super::screening::Start], held: bool) -> LinearModel {

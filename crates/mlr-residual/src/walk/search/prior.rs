@@ -84,12 +84,11 @@ impl EffectPrior {
 
 #[cfg(test)]
 mod tests {
-    use mlr_filter::{Axes, OrientationSeries};
     use mlr_model::{Gait, Robot, SimulationSettings};
 
     use super::*;
     use crate::walk::search::{Effort, Search, Setting, base::Base};
-    use crate::walk::{Discrepancy, NuisanceSettings, Observation, WalkRecord};
+    use crate::walk::{Discrepancy, NuisanceSettings, Observation, record::tests::level_record};
     use crate::walk_effects::{LIBRARY, Place, find};
 
     #[test]
@@ -97,10 +96,7 @@ mod tests {
         let robot = Robot::jethexa();
         let morphology = Morphology::healthy(&robot.layout());
         let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
-        let times_s: Vec<f64> = (0..420).map(|i| f64::from(i) * 0.01).collect();
-        let level = Axes::from_fn(|_| vec![0.0; times_s.len()]);
-        let recording = OrientationSeries::new(times_s, level).unwrap();
-        let record = WalkRecord::new(&recording, 1.0, true, 1.0, None).unwrap();
+        let record = level_record();
         let discrepancy = Discrepancy::default();
         let observation = Observation::new(&record, &discrepancy, nominal.gait.period_s);
         let nuisance = NuisanceSettings::default();

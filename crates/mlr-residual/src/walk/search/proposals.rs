@@ -114,16 +114,14 @@ impl<'a> Search<'a, '_> {
             .map(|(index, base, start)| {
                 let (judged, on) = (&ranked[index], &screened[base]);
                 let added = &on.starts[start];
-                let mut effects = judged.walker.hypothesis.effects.clone();
-                effects.push(added.placement);
-                let walker = on.base.with(effects.clone());
+                let walker = on.base.with_added(&judged.walker, added.placement);
                 let linear = on.base.linear_beside(&walker, &judged.fit, added);
                 let (ln_evidence, _) = linear.ln_evidence(&on.base.whitening);
                 Proposal {
                     base,
                     starts: vec![start],
                     extends: Some(index),
-                    ln_weight: ln_evidence + self.ln_prior(&on.base, &on.base.with(effects)),
+                    ln_weight: ln_evidence + self.ln_prior(&on.base, &walker),
                 }
             })
             .collect();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::{
@@ -11,7 +12,7 @@ use super::{
     screening::Start,
     sort_judged,
 };
-use crate::walk::hypothesis::Placement;
+use crate::walk::hypothesis::{Placement, Walked, Walker};
 
 /// Hypotheses with one set of kinds that enter.
 const OF_A_KIND: usize = 6;
@@ -88,35 +89,35 @@ impl<'a> Search<'a, '_> {
         }
         let points = vec![near, at_optimum(false), body_described];
         let walked = walker.likelier(points, &base.whitening)?;
-        let own = walker.jacobian(&walked, walker.nuisances()..walker.dimension());
-        let (n, count) = (walker.nuisances(), own.ncols());
-        let mut jacobian = base.jacobian.clone().insert_columns(n, count, 0.0);
-        jacobian.columns_mut(n, count).copy_from(&own);
-        let jacobian = walker.without_replaced(jacobian);
-        let fit = walker.integrated(walked, jacobian, &base.whitening);
-        Some(self.judge(base, walker, fit))
+        Some(self.begun(base, walker, walked, &base.jacobian))
     }
 
     fn extended(&self, judged: &Judged<'a>, added: &Start) -> Option<Judged<'a>> {
         let base = &judged.base;
-        let mut effects = judged.walker.hypothesis.effects.clone();
-        effects.push(added.placement);
-        let walker = base.with(effects);
+        let walker = base.with_added(&judged.walker, added.placement);
         let linear = base.linear_beside(&walker, &judged.fit, added);
         let (_, mut z) = linear.ln_evidence(&base.whitening);
         walker.clamp(&mut z);
         let walked = walker.walk(z)?;
-        let first = judged.fit.jacobian.ncols();
+        Some(self.begun(base, walker, walked, &judged.fit.jacobian))
+    }
+
+    /// A hypothesis where it enters: its first coordinates keep the slopes that are known, the others
+    /// take their own.
+    fn begun(
+        &self,
+        base: &Arc<Base<'a>>,
+        walker: Walker<'a>,
+        walked: Walked,
+        known: &DMatrix<f64>,
+    ) -> Judged<'a> {
+        let first = known.ncols();
         let own = walker.jacobian(&walked, first..walker.dimension());
-        let mut jacobian = judged
-            .fit
-            .jacobian
-            .clone()
-            .insert_columns(first, own.ncols(), 0.0);
+        let mut jacobian = known.clone().insert_columns(first, own.ncols(), 0.0);
         jacobian.columns_mut(first, own.ncols()).copy_from(&own);
         let jacobian = walker.without_replaced(jacobian);
         let fit = walker.integrated(walked, jacobian, &base.whitening);
-        Some(self.judge(base, walker, fit))
+        self.judge(base, walker, fit)
     }
 
     /// Every entrant as far as it came, the likeliest first. Those without effects stay to the end:

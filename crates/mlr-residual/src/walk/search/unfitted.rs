@@ -75,9 +75,7 @@ impl<'a> Search<'a, '_> {
         let known = &judged.walker.hypothesis.effects;
         let prior_without = self.ln_prior(base, &judged.walker);
         let with = |start: &Start| -> Unfitted<'a> {
-            let mut effects = known.clone();
-            effects.push(start.placement);
-            let walker = base.with(effects);
+            let walker = base.with_added(&judged.walker, start.placement);
             let linear = LinearModel {
                 held: 0,
                 ..base.linear_beside(&walker, fit, start)
