@@ -6,7 +6,7 @@ use crate::{
     walk::{WalkModel, WalkRecord},
 };
 
-/// The ground gives way under the feet, as carpet and foam do.
+/// The ground is compliant, as carpet and foam are.
 ///
 /// - `compliance_mm_per_n`: how far it sinks under a standing foot, in millimetres per newton, on
 ///   top of the described contact. People read `stiffness_npm`, in N/m.
@@ -19,7 +19,7 @@ pub(super) struct GroundCompliance;
 /// Mass that a contact feels over the robot's mass per leg: measured on the standing
 /// model, which sinks as its weight on one spring per foot would.
 const MASS_AT_FOOT: f64 = 1.25;
-/// A soft contact is damped critically; the less the ground gives way, the more as described.
+/// A soft contact is damped critically; the stiffer the ground, the closer to the described damping.
 const DAMPING_RATIO: f64 = 1.0;
 
 impl GroundCompliance {

@@ -25,7 +25,7 @@ impl<'a> Search<'a, '_> {
     /// Each screened effect beside the likeliest hypotheses, `ranked` by the beginning of the walk and
     /// `fitted` over the whole stretch.
     ///
-    /// An effect that hardly shows is as probable as its prior where the record cannot tell it from
+    /// An effect too small to be seen is as probable as its prior where the record cannot tell it from
     /// nothing. A linear model is no reason to hold it for likelier than that: what looked promising
     /// was fitted, and failed.
     pub(super) fn unfitted(
