@@ -38,6 +38,7 @@
 mod answer_error;
 pub mod atlas;
 pub mod belief;
+mod calibrate;
 mod compare;
 pub mod comparison;
 mod configuration;
@@ -56,6 +57,10 @@ pub mod scoring;
 pub mod walks;
 
 pub use answer_error::AnswerError;
+pub use calibrate::{
+    CalibrateError, Calibrated, CalibrationReport, HealthyWalk, ParameterReport, WalkOrigin,
+    WalkReport, calibrate,
+};
 pub use compare::{Comparison, compare};
 pub use configuration::{
     Configuration, ConfigurationError, LARGEST_SEED, checked_toml, most_threads,

@@ -44,6 +44,9 @@ pub enum ModelError {
         /// Legs of the robot.
         robot: usize,
     },
+    /// The text that a robot is to be written into describes one with other legs.
+    #[error("the text describes a robot with other legs or links, expected the description of {0}")]
+    OtherRobot(String),
     /// The robot would lie on its belly.
     #[error(
         "in the gait's stance no leg reaches the ground: the body's underside is at \

@@ -50,7 +50,10 @@ pub use fault::Fault;
 pub use gait::{FootTarget, Gait};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
-pub use robot::{Body, ContactShape, JointAxis, Leg, Link, Robot, Servo};
+pub use robot::{
+    Body, Calibration, ContactShape, Gaussian, Imu, JointAxis, Leg, Link, Robot, RobotParameter,
+    Servo,
+};
 pub use setting_place::located;
 pub use simulation::{
     GroundContact, LostLinks, Outcome, Record, SimulationSettings, Simulator, Trajectory, Walk,

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_model::{
-    Fault, Gait, GroundContact, Morphology, Outcome, Record, Robot, SimulationSettings, Simulator,
-    Trajectory,
+    Fault, Gait, GroundContact, Morphology, Outcome, Record, Robot, RobotParameter,
+    SimulationSettings, Simulator, Trajectory,
 };
 
 fn walk_with(faults: &[Fault]) -> Trajectory {
@@ -40,6 +40,38 @@ fn swing_deg(angles_rad: &[f64]) -> f64 {
     let high = angles_rad.iter().copied().fold(f64::MIN, f64::max);
     let low = angles_rad.iter().copied().fold(f64::MAX, f64::min);
     (high - low).to_degrees()
+}
+
+#[test]
+fn zeros_of_the_description_are_those_of_a_remounted_horn() {
+    let walk_of = |robot: Robot, faults: Vec<Fault>| {
+        let settings = SimulationSettings {
+            duration_s: 2.0,
+            faults,
+            ..SimulationSettings::default()
+        };
+        let healthy = Morphology::healthy(&robot.layout());
+        let simulator = Simulator::new(robot, &Gait::tripod(), settings).unwrap();
+        match simulator.simulate(&healthy) {
+            Outcome::Walked(trajectory) => trajectory,
+            Outcome::Diverged { at_s } => panic!("diverged at {at_s} s"),
+        }
+    };
+    let angle_rad = 0.05;
+    let remounted = Fault::JointOffset {
+        leg: 4,
+        joint: 2,
+        angle_rad,
+    };
+    let zero = RobotParameter::JointZero { leg: 3, joint: 1 };
+    let own = Robot::jethexa().with_added(zero, angle_rad);
+    let described = walk_of(own, Vec::new());
+    let faulty = walk_of(Robot::jethexa(), vec![remounted]);
+    assert_eq!(described.orientation, faulty.orientation);
+    // The control: it shows.
+    let plain = walk_of(Robot::jethexa(), Vec::new());
+    let [roll_deg, ..] = largest_difference_deg(&described, &plain);
+    assert!(roll_deg > 0.1, "{roll_deg}");
 }
 
 #[test]

@@ -145,7 +145,7 @@ mod tests {
             }),
             gyroscope_bias_radps: Some([0.01, -0.02, 0.03]),
             sensing: Some(Sensing {
-                misalignment_deg: [1.5, -0.5],
+                misalignment_deg: [1.5, -0.5, 0.0],
                 scale: 1.02,
                 ..Sensing::default()
             }),

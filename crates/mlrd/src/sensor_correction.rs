@@ -38,11 +38,11 @@ fn differs(one: &Sensing, other: &Sensing) -> bool {
 
 /// The sensor's faults for people.
 pub(crate) fn in_words(sensing: &Sensing) -> String {
-    let [roll_deg, pitch_deg] = sensing.misalignment_deg;
+    let [roll_deg, pitch_deg, yaw_deg] = sensing.misalignment_deg;
     let [x_dps, y_dps, z_dps] = sensing.bias_dps;
     format!(
-        "mounted at roll {roll_deg:.2}°, pitch {pitch_deg:.2}°; gyroscope's bias {x_dps:.2}, \
-         {y_dps:.2}, {z_dps:.2} °/s, scale {:.4}; {:.0} ms late",
+        "mounted at roll {roll_deg:.2}°, pitch {pitch_deg:.2}°, yaw {yaw_deg:.2}°; gyroscope's bias \
+         {x_dps:.2}, {y_dps:.2}, {z_dps:.2} °/s, scale {:.4}; {:.0} ms late",
         sensing.scale,
         1000.0 * sensing.delay_s
     )
@@ -60,16 +60,16 @@ mod tests {
     #[test]
     fn what_is_found_adds_to_what_was_corrected_already() {
         let corrected = Sensing {
-            misalignment_deg: [1.0, -0.5],
+            misalignment_deg: [1.0, -0.5, 0.0],
             scale: 1.02,
             ..Sensing::default()
         };
         let better = known_better(corrected, &tilted_sensor(2.0)).unwrap();
-        assert_eq!(better.misalignment_deg, [3.0, -0.5]);
+        assert_eq!(better.misalignment_deg, [3.0, -0.5, 0.0]);
         assert_eq!(better.scale, corrected.scale);
         assert_eq!(known_better(corrected, &tilted_sensor(0.1)), None);
         assert_eq!(known_better(corrected, &nothing_unusual()), None);
-        assert!(in_words(&better).starts_with("mounted at roll 3.00°, pitch -0.50°"));
+        assert!(in_words(&better).starts_with("mounted at roll 3.00°, pitch -0.50°, yaw 0.00°"));
     }
 
     #[test]
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn what_makes_no_difference_is_not_kept() {
         let small = Sensing {
-            misalignment_deg: [0.19, -0.19],
+            misalignment_deg: [0.19, -0.19, 0.0],
             bias_dps: [0.0, -0.09, 0.09],
             scale: 1.004,
             delay_s: 0.004,
@@ -100,7 +100,7 @@ mod tests {
         assert!(!differs(&small, &perfect));
         for found in [
             Sensing {
-                misalignment_deg: [0.0, -0.3],
+                misalignment_deg: [0.0, -0.3, 0.0],
                 ..small
             },
             Sensing {

@@ -2,7 +2,7 @@
 
 use std::{io, process::ExitCode};
 
-use mlr_ga::{AnswerError, ExplainError};
+use mlr_ga::{AnswerError, CalibrateError, ExplainError};
 use mlr_residual::SensorError;
 
 /// The log was read and cannot answer.
@@ -31,6 +31,9 @@ pub(super) fn exit_status(result: anyhow::Result<()>) -> ExitCode {
             || cause
                 .downcast_ref::<ExplainError>()
                 .is_some_and(ExplainError::is_recordings_fault)
+            || cause
+                .downcast_ref::<CalibrateError>()
+                .is_some_and(CalibrateError::is_recordings_fault)
             || cause
                 .downcast_ref::<SensorError>()
                 .is_some_and(SensorError::is_recordings_fault)

@@ -13,6 +13,7 @@ use mlr_imu::{Columns, LogError, LogLimits, LogProblem, LogTable, Recording};
 /// What stands for standard input as the name of a log.
 const STDIN: &str = "-";
 
+/// The log that a command answers.
 #[derive(Debug, Args)]
 pub(super) struct LogFile {
     /// The log: .csv or .csv.gz with the columns t_s and either roll_rad, pitch_rad, yaw_rad, or a
@@ -20,6 +21,23 @@ pub(super) struct LogFile {
     /// gz_radps, which are then fused. Fields may be separated by commas, semicolons, tabs or
     /// spaces; times may be numbers or dates. - reads standard input.
     log: PathBuf,
+    #[command(flatten)]
+    read: ReadOptions,
+}
+
+/// The logs of one robot, whose columns have the same names.
+#[derive(Debug, Args)]
+pub(super) struct LogFiles {
+    /// The logs: as any other command reads them.
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
+    #[command(flatten)]
+    read: ReadOptions,
+}
+
+/// How logs are read.
+#[derive(Debug, Args)]
+struct ReadOptions {
     /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw, qw, qx, qy,
     /// qz, ax, ay, az, gx, gy, gz and the units s, ms, us, ns; rad, deg; mps2, g; radps, dps.
     /// QUANTITY=-NAME turns the sign, as in ay=-ay_mps2.
@@ -66,17 +84,7 @@ impl LogFile {
     }
 
     pub(super) fn read(&self) -> anyhow::Result<Recording> {
-        let columns = self.columns()?;
-        let read = |table| Recording::from_table(table, &columns);
-        Ok(self.limits.read(&self.log, read)?)
-    }
-
-    fn columns(&self) -> anyhow::Result<Columns> {
-        let mut columns = Columns::default();
-        for mapping in &self.column {
-            columns.rename(mapping).context("--column")?;
-        }
-        Ok(columns)
+        self.read.recording(&self.log)
     }
 
     /// Names the log in an error that is the log's fault.
@@ -87,10 +95,54 @@ impl LogFile {
 
     /// Names the log in an error if that is the log's fault.
     pub(super) fn blame_if(&self, of_the_log: bool, error: anyhow::Error) -> anyhow::Error {
-        if of_the_log {
-            error.context(self.log.display().to_string())
-        } else {
-            error
+        blame_if(of_the_log, &self.log, error)
+    }
+}
+
+impl LogFiles {
+    pub(super) fn paths(&self) -> &[PathBuf] {
+        &self.logs
+    }
+
+    pub(super) fn read(&self) -> anyhow::Result<Vec<Recording>> {
+        let each = self.logs.iter();
+        each.map(|log| self.read.recording(log)).collect()
+    }
+
+    /// Names one of the logs in an error if that is its fault.
+    pub(super) fn blame_if(
+        &self,
+        index: usize,
+        of_the_log: bool,
+        error: anyhow::Error,
+    ) -> anyhow::Error {
+        match self.logs.get(index) {
+            Some(log) => blame_if(of_the_log, log, error),
+            None => error,
         }
+    }
+}
+
+fn blame_if(of_the_log: bool, log: &Path, error: anyhow::Error) -> anyhow::Error {
+    if of_the_log {
+        error.context(log.display().to_string())
+    } else {
+        error
+    }
+}
+
+impl ReadOptions {
+    fn recording(&self, log: &Path) -> anyhow::Result<Recording> {
+        let columns = self.columns()?;
+        let read = |table| Recording::from_table(table, &columns);
+        Ok(self.limits.read(log, read)?)
+    }
+
+    fn columns(&self) -> anyhow::Result<Columns> {
+        let mut columns = Columns::default();
+        for mapping in &self.column {
+            columns.rename(mapping).context("--column")?;
+        }
+        Ok(columns)
     }
 }

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod atlas;
+mod calibrate;
 mod compare;
 mod detect;
 mod effects_tables;
@@ -61,6 +62,11 @@ enum Command {
     /// Traces what a gyroscope's integrated rate misses of a measured angle to effects that its
     /// data sheet lacks.
     ExplainSensor(explain_sensor::ExplainSensorOptions),
+    /// Finds the robot's own parameters in walks in which nothing is wrong with it.
+    ///
+    /// What robots of one make differ by is fitted to the walks, and how surely it is known. Every
+    /// other command takes the description that this writes as --robot.
+    Calibrate(calibrate::CalibrateOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
     /// Simulates walks beforehand, for instant answers.
@@ -102,6 +108,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Compare(options) => compare::run(options),
         Command::Explain(options) => explain::run(options),
         Command::ExplainSensor(options) => explain_sensor::run(options),
+        Command::Calibrate(options) => calibrate::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),

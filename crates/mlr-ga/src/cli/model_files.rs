@@ -20,6 +20,64 @@ pub(super) struct ModelFiles {
     gait: Option<PathBuf>,
 }
 
+/// Replaces the embedded robot.
+#[derive(Debug, Args)]
+pub(super) struct RobotFile {
+    /// Robot description in TOML [default: the embedded JetHexa].
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+}
+
+impl RobotFile {
+    /// The robot, and the text that describes it.
+    pub(super) fn read(&self) -> anyhow::Result<(Robot, String)> {
+        let described = |text: &str| Robot::from_toml(text).map(|robot| (robot, text.to_string()));
+        let read = load(self.robot.as_deref(), described)?;
+        Ok(read.unwrap_or_else(|| (Robot::jethexa(), Robot::JETHEXA_TOML.into())))
+    }
+
+    /// The gait of each of so many logs: one for all, or one each in their order. `tripod` is the
+    /// embedded one.
+    pub(super) fn gaits(
+        &self,
+        robot: &Robot,
+        files: &[PathBuf],
+        logs: usize,
+    ) -> anyhow::Result<Vec<Gait>> {
+        if files.len() > 1 && files.len() != logs {
+            anyhow::bail!(
+                "{} gaits for {logs} logs, expected one --gait for all logs, or one for each",
+                files.len()
+            );
+        }
+        let read = |file: &PathBuf| {
+            let gait = match file.as_os_str() == TRIPOD {
+                true => None,
+                false => load(Some(file.as_path()), Gait::from_toml)?,
+            };
+            let gait = gait.unwrap_or_else(Gait::tripod);
+            let fits = JointCommands::new(robot, &gait, gait.ramp_s + gait.period_s);
+            match fits {
+                Ok(_) => Ok(gait),
+                Err(error) => Err(anyhow::Error::from(error).context(file.display().to_string())),
+            }
+        };
+        let gaits = files
+            .iter()
+            .map(read)
+            .collect::<anyhow::Result<Vec<Gait>>>()?;
+        Ok((0..logs)
+            .map(|log| {
+                let gait = gaits.get(log).or(gaits.first());
+                gait.cloned().unwrap_or_else(Gait::tripod)
+            })
+            .collect())
+    }
+}
+
+/// What stands for the embedded gait among several.
+const TRIPOD: &str = "tripod";
+
 impl ModelFiles {
     /// Robot and gait, which fit together: the robot can follow the gait from its first step
     /// until it repeats.

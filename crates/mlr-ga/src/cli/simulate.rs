@@ -102,18 +102,20 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
     let settings = options.settings()?;
     let (robot, gait) = options.model.read()?;
     let morphology = options.morphology.of(&robot.layout())?;
-    let simulator = Simulator::new(robot, &gait, settings)?;
+    let simulator = Simulator::new(robot.clone(), &gait, settings)?;
     let orientation = match simulator.simulate(&morphology) {
         Outcome::Walked(trajectory) => trajectory.orientation,
         Outcome::Diverged { at_s } => bail!(
             "the simulation of {morphology} diverged at {at_s:.3} s; a shorter --time-step-s may help"
         ),
     };
-    // Log time starts with the recording, gait time with the walk.
+    // Log time starts with the recording, gait time with the walk, by the robot's own clock.
+    let orientation = robot.imu().on(&orientation);
     let times_s = orientation
         .times_s()
         .iter()
-        .map(|gait_time_s| gait_time_s + options.stand_s)
+        .map(|gait_time_s| gait_time_s.min(0.0) + gait_time_s.max(0.0) * robot.clock())
+        .map(|time_s| time_s + options.stand_s)
         .collect();
     let log = OrientationSeries::new(times_s, orientation.angles_rad().clone())?;
     if options.output.as_os_str() == output::STDOUT {

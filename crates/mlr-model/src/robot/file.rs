@@ -3,10 +3,13 @@
 use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use mlr_filter::SettingError;
-use nalgebra::{Point3, Vector3};
-use serde::Deserialize;
+use nalgebra::{DMatrix, DVector, Point3, Vector3};
+use serde::{Deserialize, de::IgnoredAny};
 
-use super::{Body, ContactShape, JointAxis, Leg, Link, Robot, Servo};
+use super::{
+    Body, Calibration, ContactShape, Gaussian, Imu, JointAxis, Leg, Link, Robot, RobotParameter,
+    Servo,
+};
 use crate::ModelError;
 
 #[derive(Deserialize)]
@@ -17,6 +20,43 @@ struct RobotFile {
     servo: Servo,
     links: BTreeMap<String, LinkFile>,
     legs: Vec<LegFile>,
+    #[serde(default)]
+    imu: Imu,
+    #[serde(default)]
+    controller: ControllerFile,
+    calibration: Option<CalibrationFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ControllerFile {
+    clock: f64,
+}
+
+impl Default for ControllerFile {
+    fn default() -> Self {
+        Self { clock: 1.0 }
+    }
+}
+
+/// What says how surely the parameters are known. The rest of the section is a record of how it came
+/// about, for people.
+#[derive(Deserialize)]
+struct CalibrationFile {
+    parameters: Vec<CalibratedFile>,
+    /// The lower triangle, row by row.
+    covariance: Vec<Vec<f64>>,
+    physical_covariance: Vec<Vec<f64>>,
+    #[serde(flatten)]
+    _record: BTreeMap<String, IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+struct CalibratedFile {
+    name: String,
+    physical: f64,
+    #[serde(flatten)]
+    _record: BTreeMap<String, IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -56,6 +96,7 @@ struct LegFile {
     hip_yaw_deg: f64,
     nominal_foot_m: [f64; 2],
     links: Vec<String>,
+    joint_zeros_rad: Option<Vec<f64>>,
 }
 
 pub(super) fn parse(text: &str) -> Result<Robot, ModelError> {
@@ -86,12 +127,68 @@ pub(super) fn parse(text: &str) -> Result<Robot, ModelError> {
         let expected = "a link with a contact, with which a leg can touch the ground";
         return Err(SettingError::new("links", "none with a contact", expected).into());
     }
-    Ok(Robot {
+    check_imu(&file.imu).map_err(|error| error.under("imu"))?;
+    let clock = file.controller.clock;
+    SettingError::check("controller.clock", clock, 0.1..=10.0, "")?;
+    let robot = Robot {
         name: file.name,
         body: body_from_file(&file.body)?,
         servo: file.servo,
         legs,
+        imu: file.imu,
+        clock,
+        calibration: None,
+    };
+    Ok(match &file.calibration {
+        None => robot,
+        Some(calibration) => {
+            let calibration = calibration_from_file(&robot, calibration);
+            robot.with_calibration(calibration.map_err(|error| error.under("calibration"))?)
+        }
     })
+}
+
+fn check_imu(imu: &Imu) -> Result<(), SettingError> {
+    SettingError::check_each("mounting_deg", &imu.mounting_deg, ANGLES_DEG, "degrees")?;
+    SettingError::check("gyro_scale", imu.gyro_scale, 0.1..=10.0, "")
+}
+
+fn calibration_from_file(
+    robot: &Robot,
+    file: &CalibrationFile,
+) -> Result<Calibration, SettingError> {
+    let named = file.parameters.iter().enumerate().map(|(index, one)| {
+        one.name.parse().map_err(|_| {
+            let field = format!("parameters[{index}].name");
+            let expected = "a name such as \"servo_stiffness\" or \"joint_zero_leg1_2\"";
+            SettingError::new(field, &one.name, expected)
+        })
+    });
+    let parameters = named.collect::<Result<Vec<RobotParameter>, _>>()?;
+    let n = parameters.len();
+    let physical = Gaussian {
+        mean: DVector::from_iterator(n, file.parameters.iter().map(|one| one.physical)),
+        covariance: from_lower("physical_covariance", &file.physical_covariance, n)?,
+    };
+    let covariance = from_lower("covariance", &file.covariance, n)?;
+    Calibration::new(robot, parameters, covariance, physical)
+}
+
+/// The symmetric matrix with this lower triangle, row by row.
+fn from_lower(name: &str, rows: &[Vec<f64>], n: usize) -> Result<DMatrix<f64>, SettingError> {
+    if rows.len() != n {
+        let found = format!("{} rows", rows.len());
+        let expected = format!("{n}, one for each parameter");
+        return Err(SettingError::new(name, found, expected));
+    }
+    for (row, numbers) in rows.iter().enumerate() {
+        if numbers.len() != row + 1 {
+            let found = format!("{} numbers", numbers.len());
+            let expected = format!("{}: the lower triangle", row + 1);
+            return Err(SettingError::new(format!("{name}[{row}]"), found, expected));
+        }
+    }
+    Ok(DMatrix::from_fn(n, n, |i, j| rows[i.max(j)][i.min(j)]))
 }
 
 fn body_from_file(body: &BodyFile) -> Result<Body, SettingError> {
@@ -166,7 +263,18 @@ fn leg_from_file(
             })
         })
         .collect::<Result<Vec<_>, _>>()?;
+    let joint_zeros_rad = leg
+        .joint_zeros_rad
+        .unwrap_or_else(|| vec![0.0; links.len()]);
+    if joint_zeros_rad.len() != links.len() {
+        let found = format!("a list of {}", joint_zeros_rad.len());
+        let expected = format!("{}, one for each joint", links.len());
+        return Err(SettingError::new(field("joint_zeros_rad"), found, expected));
+    }
+    let zeros = &joint_zeros_rad;
+    SettingError::check_each(&field("joint_zeros_rad"), zeros, -3.2..=3.2, "rad")?;
     Ok(Leg {
+        joint_zeros_rad,
         name: leg.name,
         hip_m: Point3::from(leg.hip_m),
         hip_yaw_rad: leg.hip_yaw_deg.to_radians(),

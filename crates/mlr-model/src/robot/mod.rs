@@ -1,6 +1,14 @@
 //! What the robot is made of when nothing is missing.
 
+mod calibration;
+mod edit;
 mod file;
+mod imu;
+mod parameter;
+
+pub use calibration::{Calibration, Gaussian};
+pub use imu::Imu;
+pub use parameter::RobotParameter;
 
 use mlr_filter::SettingError;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -20,6 +28,9 @@ pub struct Robot {
     body: Body,
     servo: Servo,
     legs: Vec<Leg>,
+    imu: Imu,
+    clock: f64,
+    calibration: Option<Calibration>,
 }
 
 impl Robot {
@@ -68,11 +79,34 @@ impl Robot {
         Ok(self)
     }
 
-    /// The same robot, the centre of mass of its body moved forward, to the left and up
-    /// by so much.
+    /// The same robot with so much added to the [coordinate](RobotParameter::coordinate) of a
+    /// parameter.
     #[must_use]
-    pub fn with_center_of_mass_moved(mut self, by_m: [f64; 3]) -> Self {
-        self.body.center_of_mass_m += Vector3::from(by_m);
+    pub fn with_added(mut self, parameter: RobotParameter, more: f64) -> Self {
+        parameter.add(&mut self, more);
+        self
+    }
+
+    /// The IMU on the body.
+    pub fn imu(&self) -> &Imu {
+        &self.imu
+    }
+
+    /// Duration of this robot's gait over the nominal one: what its clock is off by.
+    pub fn clock(&self) -> f64 {
+        self.clock
+    }
+
+    /// How surely this robot's own parameters are known; `None` for a robot as its make is
+    /// described.
+    pub fn calibration(&self) -> Option<&Calibration> {
+        self.calibration.as_ref()
+    }
+
+    /// The same robot, of which so much is known.
+    #[must_use]
+    pub fn with_calibration(mut self, calibration: Calibration) -> Self {
+        self.calibration = Some(calibration);
         self
     }
 
@@ -99,6 +133,14 @@ pub struct Body {
     pub center_of_mass_m: Point3<f64>,
     /// Moments of inertia about the centre of mass, along x, y, z.
     pub inertia_kg_m2: Vector3<f64>,
+}
+
+impl Body {
+    /// Makes it heavier or lighter, its inertia in proportion.
+    fn scale_mass(&mut self, by: f64) {
+        self.mass_kg *= by;
+        self.inertia_kg_m2 *= by;
+    }
 }
 
 /// A position servo: a spring and a damper towards the held, delayed and
@@ -161,6 +203,8 @@ pub struct Leg {
     pub nominal_foot_m: [f64; 2],
     /// From the body outward.
     pub links: Vec<Link>,
+    /// True angle less commanded angle of each joint.
+    pub joint_zeros_rad: Vec<f64>,
 }
 
 impl Leg {

@@ -33,7 +33,11 @@ impl<'a> LegState<'a> {
             index,
             description: Cow::Borrowed(description),
             servo: *robot.servo(),
-            obeys: vec![Obedience::Shifted(0.0); description.links.len()],
+            obeys: description
+                .joint_zeros_rad
+                .iter()
+                .map(|zero_rad| Obedience::Shifted(*zero_rad))
+                .collect(),
             friction: None,
         };
         for fault in faults {

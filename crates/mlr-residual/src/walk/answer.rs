@@ -8,9 +8,9 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ByAxis, Discrepancy, EffectPrior, Nuisance, NuisanceSettings, Observation, Reported, Rival,
-    StretchErrors, StretchesS, Suspect, TracedEffect, WalkAlternative, WalkCandidate, WalkError,
-    WalkExplanation, WalkModel, WalkRecord,
+    ByAxis, Discrepancy, EffectPrior, Nuisance, NuisancePrior, NuisanceSettings, Observation,
+    Reported, Rival, StretchErrors, StretchesS, Suspect, TracedEffect, WalkAlternative,
+    WalkCandidate, WalkError, WalkExplanation, WalkModel, WalkRecord,
     decomposition::decompose,
     evidence::Fit,
     hypothesis::Walker,
@@ -78,9 +78,10 @@ pub fn explain_walk(
     let identified = suspects.first().ok_or(WalkError::Diverged)?;
     let observation = Observation::new(record, &settings.discrepancy, nominal.gait.period_s);
     let beginning = Observation::of_beginning(record, &settings.discrepancy, nominal.gait.period_s);
+    let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
     let of = |observation| Setting {
         observation,
-        nuisance: &settings.nuisance,
+        nuisance: &nuisance,
         nominal,
     };
     let kinds = crate::walk_effects::LIBRARY
@@ -334,9 +335,10 @@ impl<'a> Answer<'a, '_> {
 
     fn nuisance(&self, best: &Outcome<'a>) -> BTreeMap<String, f64> {
         let names = Nuisance::of(&best.walker.hypothesis.morphology, self.record).into_iter();
+        let deviations = best.walker.deviations(best.coordinates());
         names
             .map(Nuisance::name)
-            .zip(best.coordinates().iter().copied())
+            .zip(deviations.iter().copied())
             .collect()
     }
 

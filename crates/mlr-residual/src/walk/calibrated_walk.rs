@@ -7,7 +7,7 @@ use nalgebra::DVectorView;
 use serde::Serialize;
 
 use super::{
-    EvidenceSettings, Nuisance, Observation, WalkModel, WalkRecord,
+    EvidenceSettings, Nuisance, NuisancePrior, Observation, WalkModel, WalkRecord,
     search::base::{Base, Setting},
 };
 
@@ -65,9 +65,10 @@ impl CalibratedWalk {
         settings.check()?;
         let period_s = nominal.gait.period_s;
         let observation = Observation::new(record, &settings.discrepancy, period_s);
+        let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
         let setting = Setting {
             observation: &observation,
-            nuisance: &settings.nuisance,
+            nuisance: &nuisance,
             nominal,
         };
         let base = Base::new(setting, morphology, lost_links, 0.0, None).and_then(Base::settled);

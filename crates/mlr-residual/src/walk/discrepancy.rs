@@ -34,6 +34,10 @@ pub struct Discrepancy {
     /// the likelihood below 1 asks that a model comes near the data, not that it made them (Miller and
     /// Dunson 2019, "Robust Bayesian inference via coarsening").
     pub power: f64,
+    /// The same where it is asked what the robot's own parameters are, rather than with which ones
+    /// this model walks like it: what the engine gets wrong of one robot on every day passes for
+    /// parameters.
+    pub physical_power: f64,
 }
 
 /// Standard deviations of the parts of one axis.
@@ -136,6 +140,7 @@ impl Discrepancy {
         let spread_deg = self.largest_spread_deg;
         check("largest_spread_deg", spread_deg, 1e-3..=1e3, "degrees")?;
         check("power", self.power, 1e-3..=1.0, "")?;
+        check("physical_power", self.physical_power, 1e-6..=1.0, "")?;
         check("rest_rate_dps", self.rest_rate_dps, 1e-6..=1e3, "°/s")
     }
 }

@@ -16,7 +16,7 @@ pub(crate) struct Fit {
     /// Change of the prediction per unit of each coordinate.
     pub(crate) jacobian: DMatrix<f64>,
     /// Curvature of minus the logarithm of the likelihood.
-    curvature: DMatrix<f64>,
+    pub(crate) curvature: DMatrix<f64>,
     /// Logarithm of the evidence.
     pub(crate) ln_evidence: f64,
 }

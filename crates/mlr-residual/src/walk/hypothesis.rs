@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{
-    Nuisance, NuisanceSettings, Observation, Prediction, WalkModel,
+    Nuisance, NuisancePrior, Observation, Prediction, WalkModel,
     discrepancy::{Spread, Unknown},
     observation::Whitening,
 };
@@ -48,8 +48,8 @@ impl PartialEq for Placement {
 #[derive(Debug, Clone)]
 enum Coordinate {
     Nuisance(Nuisance),
-    /// A nuisance parameter that an effect replaces: always 0. It keeps its place, because hypotheses on one
-    /// robot share sensitivities.
+    /// A nuisance parameter that an effect replaces: it changes nothing. It keeps its place, because
+    /// hypotheses on one robot share sensitivities.
     Replaced,
     /// Of effect `effect`, one parameter.
     Effect {
@@ -63,9 +63,12 @@ enum Coordinate {
 pub(crate) struct Walker<'a> {
     pub(crate) hypothesis: Hypothesis,
     observation: &'a Observation<'a>,
-    settings: &'a NuisanceSettings,
+    prior: &'a NuisancePrior,
     nominal: WalkModel,
     coordinates: Vec<Coordinate>,
+    /// Makes deviations of the nuisance parameters, in standard deviations of the make, of their
+    /// coordinates; `None` where these are the same.
+    mixing: Option<DMatrix<f64>>,
 }
 
 /// How the robot of a hypothesis walks with these parameters.
@@ -84,7 +87,7 @@ impl<'a> Walker<'a> {
     pub(crate) fn new(
         hypothesis: Hypothesis,
         observation: &'a Observation<'a>,
-        settings: &'a NuisanceSettings,
+        prior: &'a NuisancePrior,
         nominal: &WalkModel,
     ) -> Self {
         let mut nominal = nominal.clone();
@@ -93,6 +96,7 @@ impl<'a> Walker<'a> {
             nominal.sensing.filter_time_s = f64::INFINITY;
         }
         let nuisances = Nuisance::of(&hypothesis.morphology, observation.record);
+        let mixing = prior.mixing(&nuisances, observation.record);
         let effects = hypothesis.effects.iter();
         let replaced: Vec<Nuisance> = effects
             .flat_map(|placed| placed.effect.replaces(placed.place))
@@ -114,10 +118,16 @@ impl<'a> Walker<'a> {
         Self {
             hypothesis,
             observation,
-            settings,
+            prior,
             nominal,
             coordinates,
+            mixing,
         }
+    }
+
+    /// The robot that parameters deviate from.
+    pub(crate) fn nominal(&self) -> &WalkModel {
+        &self.nominal
     }
 
     /// The same robot without effects.
@@ -126,7 +136,7 @@ impl<'a> Walker<'a> {
             effects: Vec::new(),
             ..self.hypothesis.clone()
         };
-        Self::new(hypothesis, self.observation, self.settings, &self.nominal)
+        Self::new(hypothesis, self.observation, self.prior, &self.nominal)
     }
 
     /// Coordinates of a robot as described, with these values of the effects' parameters.
@@ -159,20 +169,60 @@ impl<'a> Walker<'a> {
         for (z, coordinate) in z.iter_mut().zip(&self.coordinates) {
             match coordinate {
                 Coordinate::Effect { parameter, .. } => *z = parameter.within_bounds(*z),
-                Coordinate::Replaced => *z = 0.0,
-                Coordinate::Nuisance(_) => {}
+                Coordinate::Replaced if self.mixing.is_none() => *z = 0.0,
+                Coordinate::Replaced | Coordinate::Nuisance(_) => {}
             }
         }
     }
 
-    /// Sets what does not depend on coordinates that an effect replaces to 0.
-    pub(crate) fn without_replaced(&self, mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
-        for (k, coordinate) in self.coordinates.iter().enumerate() {
-            if matches!(coordinate, Coordinate::Replaced) && k < jacobian.ncols() {
-                jacobian.column_mut(k).fill(0.0);
+    /// Takes what nuisance parameters change that an effect replaces out of sensitivities to
+    /// coordinates.
+    pub(crate) fn without_replaced(&self, jacobian: DMatrix<f64>) -> DMatrix<f64> {
+        let is_replaced = |k: &usize| matches!(self.coordinates[*k], Coordinate::Replaced);
+        let replaced: Vec<usize> = (0..self.nuisances()).filter(is_replaced).collect();
+        if replaced.is_empty() {
+            return jacobian;
+        }
+        let mut unmixed = self.unmixed(jacobian);
+        for k in replaced {
+            unmixed.column_mut(k).fill(0.0);
+        }
+        self.mixed(unmixed)
+    }
+
+    /// Sensitivities to coordinates from those to deviations of the nuisance parameters, which come
+    /// first.
+    fn mixed(&self, mut of_deviations: DMatrix<f64>) -> DMatrix<f64> {
+        if let Some(mixing) = &self.mixing {
+            let n = mixing.nrows();
+            let mixed = of_deviations.columns(0, n) * mixing;
+            of_deviations.columns_mut(0, n).copy_from(&mixed);
+        }
+        of_deviations
+    }
+
+    /// The reverse of [`Self::mixed`].
+    fn unmixed(&self, mut of_coordinates: DMatrix<f64>) -> DMatrix<f64> {
+        if let Some(mixing) = &self.mixing {
+            let n = mixing.nrows();
+            // A L = B is Lᵀ Aᵀ = Bᵀ.
+            let mixed = of_coordinates.columns(0, n).transpose();
+            if let Some(unmixed) = mixing.tr_solve_lower_triangular(&mixed) {
+                of_coordinates
+                    .columns_mut(0, n)
+                    .copy_from(&unmixed.transpose());
             }
         }
-        jacobian
+        of_coordinates
+    }
+
+    /// Deviations of the nuisance parameters, in standard deviations of the make.
+    pub(crate) fn deviations(&self, z: &DVector<f64>) -> DVector<f64> {
+        let own = z.rows(0, self.nuisances().min(z.len()));
+        match &self.mixing {
+            Some(mixing) => mixing * own,
+            None => own.clone_owned(),
+        }
     }
 
     /// The values of each effect's parameters.
@@ -199,13 +249,26 @@ impl<'a> Walker<'a> {
         z
     }
 
-    /// The robot as calibrated, its effects left out.
+    /// The matrix that makes deviations of the nuisance parameters of their coordinates.
+    pub(crate) fn mixing(&self) -> DMatrix<f64> {
+        let n = self.nuisances();
+        self.mixing
+            .clone()
+            .unwrap_or_else(|| DMatrix::identity(n, n))
+    }
+
+    /// The robot as fitted, its effects left out.
     pub(crate) fn without_effects_model(&self, z: &DVector<f64>) -> WalkModel {
+        self.robot_with(&self.deviations(z))
+    }
+
+    /// The robot whose nuisance parameters deviate like this.
+    fn robot_with(&self, deviations: &DVector<f64>) -> WalkModel {
         let mut model = self.nominal.clone();
         let record = self.observation.record;
-        for (z, coordinate) in z.iter().zip(&self.coordinates) {
+        for (deviation, coordinate) in deviations.iter().zip(&self.coordinates) {
             if let Coordinate::Nuisance(nuisance) = coordinate {
-                nuisance.apply(self.settings, *z, record, &mut model);
+                nuisance.apply(&self.prior.settings, *deviation, record, &mut model);
             }
         }
         model
@@ -213,7 +276,10 @@ impl<'a> Walker<'a> {
 
     /// The robot with these parameters.
     pub(crate) fn model(&self, z: &DVector<f64>) -> WalkModel {
-        let mut model = self.without_effects_model(z);
+        self.with_effects(self.without_effects_model(z), z)
+    }
+
+    fn with_effects(&self, mut model: WalkModel, z: &DVector<f64>) -> WalkModel {
         let values = self.values(z);
         for (placed, values) in self.hypothesis.effects.iter().zip(&values) {
             placed.effect.apply(placed.place, values, &mut model);
@@ -255,7 +321,13 @@ impl<'a> Walker<'a> {
     /// of the body.
     pub(crate) fn spread(&self, jacobian: &DMatrix<f64>) -> Spread {
         let of_body = (0..self.nuisances()).filter(|k| !self.is_of_sensing(*k));
-        self.observation.spread(of_body.map(|k| jacobian.column(k)))
+        match self.mixing {
+            None => self.observation.spread(of_body.map(|k| jacobian.column(k))),
+            Some(_) => {
+                let of_make = self.unmixed(jacobian.clone());
+                self.observation.spread(of_body.map(|k| of_make.column(k)))
+            }
+        }
     }
 
     /// For errors of a walk with these sensitivities; `None` where their covariance is not positive
@@ -265,11 +337,28 @@ impl<'a> Walker<'a> {
         self.observation.whitening(spread, Unknown::default())
     }
 
-    /// Change of the prediction per unit of each coordinate in `columns`, in their
-    /// order. One whose walk diverges has none.
-    pub(crate) fn jacobian(&self, at: &Walked, columns: std::ops::Range<usize>) -> DMatrix<f64> {
+    /// Change of the prediction per unit of each coordinate. What makes a walk diverge changes
+    /// nothing.
+    pub(crate) fn jacobian(&self, at: &Walked) -> DMatrix<f64> {
+        self.mixed(self.changes(at, 0..self.dimension()))
+    }
+
+    /// The same of the parameters of effects alone.
+    pub(crate) fn jacobian_of_effects(&self, at: &Walked) -> DMatrix<f64> {
+        self.jacobian_of_added(at, self.nuisances())
+    }
+
+    /// The same without so many first coordinates, all of the nuisance parameters among them.
+    pub(crate) fn jacobian_of_added(&self, at: &Walked, first: usize) -> DMatrix<f64> {
+        self.changes(at, first.max(self.nuisances())..self.dimension())
+    }
+
+    /// Change of the prediction per unit of some parameters: of deviations of nuisance parameters and
+    /// of coordinates of the effects'.
+    fn changes(&self, at: &Walked, columns: std::ops::Range<usize>) -> DMatrix<f64> {
         let record = self.observation.record;
         let samples = self.observation.samples();
+        let deviations = self.deviations(&at.z);
         let columns: Vec<usize> = columns.collect();
         let changes: Vec<DVector<f64>> = columns
             .par_iter()
@@ -277,10 +366,13 @@ impl<'a> Walker<'a> {
                 if matches!(self.coordinates[k], Coordinate::Replaced) {
                     return DVector::zeros(self.observation.len());
                 }
-                let mut moved = at.z.clone();
+                let (mut moved, mut robot) = (at.z.clone(), deviations.clone());
                 let step = self.step(k, &at.z);
-                moved[k] += step;
-                let model = self.model(&moved);
+                match robot.get_mut(k) {
+                    Some(deviation) => *deviation += step,
+                    None => moved[k] += step,
+                }
+                let model = self.with_effects(self.robot_with(&robot), &moved);
                 let prediction = if self.is_of_sensing(k) {
                     Some(model.predict(&at.body, record, samples))
                 } else {
@@ -302,10 +394,14 @@ impl<'a> Walker<'a> {
         DMatrix::from_columns(&changes)
     }
 
-    /// A step of a coordinate that stays within its bounds.
+    /// A step of a parameter that stays within its bounds: a standard deviation of a nuisance
+    /// parameter, as far as it is known.
     fn step(&self, k: usize, z: &DVector<f64>) -> f64 {
         match &self.coordinates[k] {
-            Coordinate::Nuisance(_) | Coordinate::Replaced => 1.0,
+            Coordinate::Nuisance(_) | Coordinate::Replaced => {
+                let mixing = self.mixing.as_ref();
+                mixing.map_or(1.0, |mixing| mixing.row(k).norm())
+            }
             Coordinate::Effect { parameter, .. } => {
                 let step = 0.2;
                 let ahead = z[k] + step;
@@ -332,32 +428,131 @@ impl<'a> Walker<'a> {
 
 #[cfg(test)]
 mod tests {
-    use mlr_model::{Gait, Robot, SimulationSettings};
+    use mlr_model::{Calibration, Gait, Gaussian, Robot, RobotParameter, SimulationSettings};
 
     use super::*;
-    use crate::walk::{Discrepancy, record::tests::level_record};
+    use crate::walk::{Discrepancy, NuisanceSettings, record::tests::level_record};
     use crate::walk_effects::find;
 
     /// What `of` makes of a whole robot that stands for a second, walks for three, and may have
     /// these effects.
     fn with_walker<T>(effects: &[(&str, Place)], of: impl Fn(&Walker<'_>) -> T) -> T {
-        let robot = Robot::jethexa();
+        of_robot(Robot::jethexa(), effects, of)
+    }
+
+    /// The same of another robot.
+    fn of_robot<T>(robot: Robot, effects: &[(&str, Place)], of: impl Fn(&Walker<'_>) -> T) -> T {
         let morphology = Morphology::healthy(&robot.layout());
         let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
         let record = level_record();
         let discrepancy = Discrepancy::default();
         let observation = Observation::new(&record, &discrepancy, nominal.gait.period_s);
-        let settings = NuisanceSettings::default();
-        let placements = effects.iter().map(|(kind, place)| Placement {
-            effect: find(kind).unwrap(),
-            place: *place,
-        });
+        let prior = NuisancePrior::new(&NuisanceSettings::default(), &nominal);
         let hypothesis = Hypothesis {
             morphology,
             lost_links: LostLinks::Absent,
-            effects: placements.collect(),
+            effects: placed(effects),
         };
-        of(&Walker::new(hypothesis, &observation, &settings, &nominal))
+        of(&Walker::new(hypothesis, &observation, &prior, &nominal))
+    }
+
+    fn placed(effects: &[(&str, Place)]) -> Vec<Placement> {
+        let placement = |(kind, place): &(&str, Place)| Placement {
+            effect: find(kind).unwrap(),
+            place: *place,
+        };
+        effects.iter().map(placement).collect()
+    }
+
+    /// The robot of a walker, with these effects.
+    fn of_same<'a>(walker: &Walker<'a>, effects: &[(&str, Place)]) -> Walker<'a> {
+        let hypothesis = Hypothesis {
+            effects: placed(effects),
+            ..walker.hypothesis.clone()
+        };
+        Walker::new(
+            hypothesis,
+            walker.observation,
+            walker.prior,
+            &walker.nominal,
+        )
+    }
+
+    fn at_rest(walker: &Walker<'_>) -> Walked {
+        walker.walk(DVector::zeros(walker.dimension())).unwrap()
+    }
+
+    #[test]
+    fn what_is_known_of_a_robot_mixes_its_coordinates() {
+        let robot = Robot::jethexa();
+        let own = [
+            RobotParameter::ImuMounting(0),
+            RobotParameter::ServoStiffness,
+            RobotParameter::JointZero { leg: 0, joint: 1 },
+        ];
+        let covariance = DMatrix::from_row_slice(
+            3,
+            3,
+            &[0.25, 0.02, 3e-3, 0.02, 0.01, -2e-4, 3e-3, -2e-4, 1.44e-4],
+        );
+        let physical = Gaussian {
+            mean: DVector::zeros(3),
+            covariance: covariance.clone(),
+        };
+        let calibration = Calibration::new(&robot, own.to_vec(), covariance.clone(), physical);
+        let robot = robot.with_calibration(calibration.unwrap());
+        let tilted = [("imu_misalignment", Place::Robot)];
+        of_robot(robot, &[], |bare| {
+            let nuisances = Nuisance::of(&bare.hypothesis.morphology, bare.observation.record);
+            let units = NuisanceSettings::default();
+            let deviation =
+                |nuisance: &Nuisance| nuisance.deviation(&units, bare.observation.record);
+            // The covariance of deviations is the calibration's, and one where nothing is known.
+            let mixing = bare.mixing();
+            let mixed = &mixing * mixing.transpose();
+            for (i, one) in nuisances.iter().enumerate() {
+                for (j, other) in nuisances.iter().enumerate() {
+                    let row = |n: &Nuisance| own.iter().position(|p| Some(*p) == n.parameter());
+                    let expected = match (row(one), row(other)) {
+                        (Some(a), Some(b)) => {
+                            covariance[(a, b)] / (deviation(one) * deviation(other))
+                        }
+                        _ => f64::from(u8::from(i == j)),
+                    };
+                    let day = one.day_deviation(&units) / deviation(one);
+                    let expected = expected + f64::from(u8::from(i == j)) * day * day;
+                    assert!(
+                        (mixed[(i, j)] - expected).abs() < 1e-9,
+                        "{} {}",
+                        one.name(),
+                        other.name()
+                    );
+                }
+            }
+            // Sensitivities are those that differences of whole coordinates have, and unmixing
+            // undoes mixing.
+            let at = bare.walk(DVector::zeros(bare.dimension())).unwrap();
+            let jacobian = bare.jacobian(&at);
+            let again = bare.mixed(bare.unmixed(jacobian.clone()));
+            assert!((&again - &jacobian).amax() < 1e-9);
+            let k = nuisances
+                .iter()
+                .position(|n| *n == Nuisance::Misalignment(0))
+                .unwrap();
+            let mut z = at.z.clone();
+            z[k] = 1.0;
+            let moved = bare.walk(z).unwrap();
+            let change = &at.residual - &moved.residual;
+            let missed = (change - jacobian.column(k)).amax();
+            let most = jacobian.column(k).amax();
+            assert!(missed < 0.2 * most, "{missed} of {most}");
+            // An effect that replaces the mounting takes its sensitivity out.
+            let with_effect = of_same(bare, &tilted);
+            let own = with_effect.jacobian(&at_rest(&with_effect));
+            let own = own.columns(0, bare.dimension()).clone_owned();
+            let taken_out = with_effect.without_replaced(jacobian);
+            assert!((&own - &taken_out).amax() < 0.02 * own.amax());
+        });
     }
 
     const WEAK: (&str, Place) = ("weak_leg", Place::Leg(2));

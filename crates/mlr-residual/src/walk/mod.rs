@@ -3,6 +3,7 @@
 
 mod answer;
 mod calibrated_walk;
+mod calibration;
 mod decomposition;
 mod discrepancy;
 mod evidence;
@@ -20,6 +21,7 @@ mod stretch_errors;
 
 pub use answer::{EvidenceSettings, explain_walk};
 pub use calibrated_walk::{CalibratedParameter, CalibratedWalk};
+pub use calibration::{CalibratedRobot, calibrate_walk};
 pub use decomposition::{AxisResidual, Harmonic};
 pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy, TurningDiscrepancy};
 pub use model::WalkModel;
@@ -33,7 +35,7 @@ pub use search::{Effort, Suspect, prior::EffectPrior};
 pub use sensing::Sensing;
 
 pub(crate) use model::Prediction;
-pub(crate) use nuisance::Nuisance;
+pub(crate) use nuisance::{Nuisance, NuisancePrior};
 pub(crate) use observation::Observation;
 
 use thiserror::Error;

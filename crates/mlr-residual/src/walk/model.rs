@@ -34,17 +34,16 @@ impl WalkModel {
     pub fn nominal(robot: Robot, gait: Gait, simulation: SimulationSettings) -> Self {
         Self {
             servo: *robot.servo(),
+            clock: robot.clock(),
+            sensing: Sensing {
+                misalignment_deg: robot.imu().mounting_deg,
+                scale: robot.imu().gyro_scale,
+                ..Sensing::default()
+            },
             robot,
             gait,
             simulation,
-            clock: 1.0,
-            sensing: Sensing::default(),
         }
-    }
-
-    /// Moves the centre of mass of the body forward, to the left and up.
-    pub(crate) fn move_center_of_mass(&mut self, by_m: [f64; 3]) {
-        self.robot = self.robot.clone().with_center_of_mass_moved(by_m);
     }
 
     /// The body's orientation over the time since the start of the walk, long enough for

@@ -1,7 +1,8 @@
 //! Nuisance parameters: what robots of one make differ by without anything being wrong.
 
 use mlr_filter::SettingError;
-use mlr_model::{Fault, Morphology};
+use mlr_model::{Calibration, Fault, Gaussian, Morphology, RobotParameter};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::{WalkModel, WalkRecord};
@@ -11,7 +12,7 @@ use super::{WalkModel, WalkRecord};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NuisanceSettings {
-    /// Roll and pitch at which the sensor is mounted: glued on by hand.
+    /// Roll, pitch and yaw at which the sensor is mounted: glued on by hand.
     pub misalignment_deg: f64,
     /// Roll and pitch of the standing sensor as its accelerometer shows them: 5 mg of bias, a
     /// tenth of what the data sheet of an MPU-6050 allows before calibration.
@@ -28,12 +29,16 @@ pub struct NuisanceSettings {
     pub clock: f64,
     /// Logarithm of the servos' stiffness.
     pub ln_stiffness: f64,
+    /// The same of one robot from day to day: the charge of its battery, the warmth of its servos.
+    pub day_ln_stiffness: f64,
     /// Logarithm of their damping.
     pub ln_damping: f64,
     /// Logarithm of the ground's friction.
     pub ln_friction: f64,
     /// Logarithm of the natural frequency of a contact.
     pub ln_contact_frequency: f64,
+    /// Logarithm of the body's mass.
+    pub ln_body_mass: f64,
     /// Position of the body's centre of mass along x, y and z.
     pub center_of_mass_m: f64,
     /// Zero of every joint: a servo's horn trimmed by eye.
@@ -51,9 +56,11 @@ impl Default for NuisanceSettings {
             commanded_start_s: 0.006,
             clock: 0.003,
             ln_stiffness: 0.12,
+            day_ln_stiffness: 0.04,
             ln_damping: 0.2,
             ln_friction: 0.12,
             ln_contact_frequency: 0.3,
+            ln_body_mass: 0.02,
             center_of_mass_m: 0.0025,
             joint_zero_rad: 0.015,
         }
@@ -61,6 +68,21 @@ impl Default for NuisanceSettings {
 }
 
 impl NuisanceSettings {
+    /// Standard deviation of a robot's own parameter among robots of its make, in the coordinate of
+    /// the parameter.
+    pub fn of_make(&self, parameter: RobotParameter) -> f64 {
+        match parameter {
+            RobotParameter::ServoStiffness => self.ln_stiffness,
+            RobotParameter::ServoDamping => self.ln_damping,
+            RobotParameter::BodyMass => self.ln_body_mass,
+            RobotParameter::CenterOfMass(_) => self.center_of_mass_m,
+            RobotParameter::JointZero { .. } => self.joint_zero_rad,
+            RobotParameter::ImuMounting(_) => self.misalignment_deg,
+            RobotParameter::GyroScale => self.scale,
+            RobotParameter::Clock => self.clock,
+        }
+    }
+
     /// Checks every number. A deviation of zero says that robots do not differ by this.
     ///
     /// # Errors
@@ -75,9 +97,11 @@ impl NuisanceSettings {
             ("commanded_start_s", self.commanded_start_s, 10.0, "s"),
             ("clock", self.clock, 1.0, ""),
             ("ln_stiffness", self.ln_stiffness, 5.0, ""),
+            ("day_ln_stiffness", self.day_ln_stiffness, 5.0, ""),
             ("ln_damping", self.ln_damping, 5.0, ""),
             ("ln_friction", self.ln_friction, 5.0, ""),
             ("ln_contact_frequency", self.ln_contact_frequency, 5.0, ""),
+            ("ln_body_mass", self.ln_body_mass, 5.0, ""),
             ("center_of_mass_m", self.center_of_mass_m, 1.0, "m"),
             ("joint_zero_rad", self.joint_zero_rad, 1.0, "rad"),
         ] {
@@ -94,7 +118,7 @@ pub enum Nuisance {
     Start,
     /// The gait's clock.
     Clock,
-    /// Mounting of the sensor, roll or pitch.
+    /// Mounting of the sensor, roll, pitch or yaw.
     Misalignment(usize),
     /// The level that rates are integrated from, roll or pitch.
     Level(usize),
@@ -110,6 +134,8 @@ pub enum Nuisance {
     Friction,
     /// Natural frequency of a contact.
     ContactFrequency,
+    /// Mass of the body.
+    BodyMass,
     /// Centre of mass of the body along x, y or z.
     CenterOfMass(usize),
     /// Zero of a joint: leg and joint.
@@ -118,11 +144,12 @@ pub enum Nuisance {
 
 impl Nuisance {
     /// Those of the sensor and the clock, for which no body has to walk.
-    const OF_SENSING: [Self; 10] = [
+    const OF_SENSING: [Self; 11] = [
         Self::Start,
         Self::Clock,
         Self::Misalignment(0),
         Self::Misalignment(1),
+        Self::Misalignment(2),
         Self::Level(0),
         Self::Level(1),
         Self::Bias(0),
@@ -131,11 +158,12 @@ impl Nuisance {
         Self::Scale,
     ];
     /// Those of the body as a whole.
-    const OF_BODY: [Self; 7] = [
+    const OF_BODY: [Self; 8] = [
         Self::Stiffness,
         Self::Damping,
         Self::Friction,
         Self::ContactFrequency,
+        Self::BodyMass,
         Self::CenterOfMass(0),
         Self::CenterOfMass(1),
         Self::CenterOfMass(2),
@@ -157,7 +185,7 @@ impl Nuisance {
     /// Name in reports.
     pub(crate) fn name(self) -> String {
         let axis = |axis: usize| ["x", "y", "z"].get(axis).copied().unwrap_or("?");
-        let tilt = |axis: usize| if axis == 0 { "roll" } else { "pitch" };
+        let tilt = |axis: usize| ["roll", "pitch", "yaw"].get(axis).copied().unwrap_or("?");
         match self {
             Self::Start => "start".into(),
             Self::Clock => "clock".into(),
@@ -169,6 +197,7 @@ impl Nuisance {
             Self::Damping => "damping".into(),
             Self::Friction => "friction".into(),
             Self::ContactFrequency => "contact_frequency".into(),
+            Self::BodyMass => "body_mass".into(),
             Self::CenterOfMass(of) => format!("center_of_mass_{}", axis(of)),
             Self::JointZero(leg, joint) => format!("joint_zero_leg{}_{}", leg + 1, joint + 1),
         }
@@ -179,6 +208,46 @@ impl Nuisance {
         Self::OF_SENSING.contains(&self)
     }
 
+    /// The parameter of the robot that it is, if it stays with the robot from day to day.
+    pub(crate) fn parameter(self) -> Option<RobotParameter> {
+        Some(match self {
+            Self::Clock => RobotParameter::Clock,
+            Self::Misalignment(axis) => RobotParameter::ImuMounting(axis),
+            Self::Scale => RobotParameter::GyroScale,
+            Self::Stiffness => RobotParameter::ServoStiffness,
+            Self::Damping => RobotParameter::ServoDamping,
+            Self::BodyMass => RobotParameter::BodyMass,
+            Self::CenterOfMass(axis) => RobotParameter::CenterOfMass(axis),
+            Self::JointZero(leg, joint) => RobotParameter::JointZero { leg, joint },
+            Self::Start
+            | Self::Level(_)
+            | Self::Bias(_)
+            | Self::Friction
+            | Self::ContactFrequency => return None,
+        })
+    }
+
+    /// Standard deviation among robots of one make, in the coordinate of the parameter.
+    pub(crate) fn deviation(self, settings: &NuisanceSettings, record: &WalkRecord) -> f64 {
+        match self {
+            Self::Start if record.start_is_told() => settings.commanded_start_s,
+            Self::Start => settings.start_s,
+            Self::Level(_) => settings.level_deg,
+            Self::Bias(_) => settings.bias_dps,
+            Self::Friction => settings.ln_friction,
+            Self::ContactFrequency => settings.ln_contact_frequency,
+            _ => self.parameter().map_or(0.0, |own| settings.of_make(own)),
+        }
+    }
+
+    /// How far the parameter of one robot strays from day to day, in its coordinate.
+    pub(crate) fn day_deviation(self, settings: &NuisanceSettings) -> f64 {
+        match self {
+            Self::Stiffness => settings.day_ln_stiffness,
+            _ => 0.0,
+        }
+    }
+
     /// Makes a model differ by so many standard deviations.
     pub(crate) fn apply(
         self,
@@ -187,49 +256,133 @@ impl Nuisance {
         record: &WalkRecord,
         model: &mut WalkModel,
     ) {
+        let by = z_score * self.deviation(settings, record);
         let sensing = &mut model.sensing;
         match self {
-            Self::Start => {
-                let deviation_s = match record.start_is_told() {
-                    true => settings.commanded_start_s,
-                    false => settings.start_s,
-                };
-                sensing.delay_s += z_score * deviation_s;
-            }
-            Self::Clock => model.clock *= 1.0 + z_score * settings.clock,
-            Self::Misalignment(axis) => {
-                sensing.misalignment_deg[axis] += z_score * settings.misalignment_deg;
-            }
-            Self::Level(axis) => sensing.level_deg[axis] += z_score * settings.level_deg,
-            Self::Bias(axis) => sensing.bias_dps[axis] += z_score * settings.bias_dps,
-            Self::Scale => sensing.scale *= 1.0 + z_score * settings.scale,
-            Self::Stiffness => {
-                model.servo.stiffness_nm_per_rad *= (z_score * settings.ln_stiffness).exp();
-            }
-            Self::Damping => {
-                model.servo.damping_nm_s_per_rad *= (z_score * settings.ln_damping).exp();
-            }
-            Self::Friction => {
-                model.simulation.contact.friction *= (z_score * settings.ln_friction).exp();
-            }
+            Self::Start => sensing.delay_s += by,
+            Self::Clock => model.clock *= by.exp(),
+            Self::Misalignment(axis) => sensing.misalignment_deg[axis] += by,
+            Self::Level(axis) => sensing.level_deg[axis] += by,
+            Self::Bias(axis) => sensing.bias_dps[axis] += by,
+            Self::Scale => sensing.scale *= by.exp(),
+            Self::Stiffness => model.servo.stiffness_nm_per_rad *= by.exp(),
+            Self::Damping => model.servo.damping_nm_s_per_rad *= by.exp(),
+            Self::Friction => model.simulation.contact.friction *= by.exp(),
             Self::ContactFrequency => {
-                model.simulation.contact.natural_frequency_hz *=
-                    (z_score * settings.ln_contact_frequency).exp();
+                model.simulation.contact.natural_frequency_hz *= by.exp();
             }
-            Self::CenterOfMass(axis) => {
-                let mut by_m = [0.0; 3];
-                by_m[axis] = z_score * settings.center_of_mass_m;
-                model.move_center_of_mass(by_m);
+            Self::BodyMass | Self::CenterOfMass(_) => {
+                if let Some(parameter) = self.parameter() {
+                    model.robot = model.robot.clone().with_added(parameter, by);
+                }
             }
             Self::JointZero(leg, joint) => {
                 if z_score != 0.0 {
                     model.simulation.faults.push(Fault::JointOffset {
                         leg: leg + 1,
                         joint: joint + 1,
-                        angle_rad: z_score * settings.joint_zero_rad,
+                        angle_rad: by,
                     });
                 }
             }
         }
     }
 }
+
+/// What is known of the nuisance parameters before a record is seen: how robots of one make differ,
+/// and what calibration told of this one.
+#[derive(Debug, Clone)]
+pub(crate) struct NuisancePrior {
+    pub(crate) settings: NuisanceSettings,
+    calibration: Option<Calibration>,
+}
+
+impl NuisancePrior {
+    /// The prior of the robot of a model.
+    pub(crate) fn new(settings: &NuisanceSettings, model: &WalkModel) -> Self {
+        Self {
+            settings: *settings,
+            calibration: model.robot.calibration().cloned(),
+        }
+    }
+
+    /// A lower triangular matrix that makes deviations of these parameters, in standard deviations
+    /// of their make, of coordinates that are independent and standard normal. `None` for a robot of
+    /// which nothing more is known than its make: deviations are coordinates then.
+    pub(crate) fn mixing(
+        &self,
+        nuisances: &[Nuisance],
+        record: &WalkRecord,
+    ) -> Option<DMatrix<f64>> {
+        let calibration = self.calibration.as_ref()?;
+        let mut covariance =
+            self.in_units(calibration, calibration.covariance(), nuisances, record);
+        for (i, nuisance) in nuisances.iter().enumerate() {
+            let of_make = nuisance.deviation(&self.settings, record);
+            let day = nuisance.day_deviation(&self.settings) / of_make.max(f64::MIN_POSITIVE);
+            // What the settings say robots do not differ by has no deviation to scale.
+            covariance[(i, i)] = (covariance[(i, i)] + day * day).clamp(SMALLEST, 1.0 / SMALLEST);
+        }
+        covariance.cholesky().map(|factors| factors.unpack())
+    }
+
+    /// What is known of the robot's own parameters, in standard deviations of the make from where the
+    /// model has them.
+    pub(crate) fn physical(
+        &self,
+        nuisances: &[Nuisance],
+        record: &WalkRecord,
+        model: &WalkModel,
+    ) -> Gaussian {
+        let n = nuisances.len();
+        let Some(calibration) = &self.calibration else {
+            return Gaussian {
+                mean: DVector::zeros(n),
+                covariance: DMatrix::identity(n, n),
+            };
+        };
+        let physical = calibration.physical();
+        let mean = |nuisance: &Nuisance| -> Option<f64> {
+            let parameter = nuisance.parameter()?;
+            let off =
+                physical.mean[calibration.row(parameter)?] - parameter.coordinate(&model.robot);
+            let of_make = nuisance.deviation(&self.settings, record);
+            (of_make > 0.0).then_some(off / of_make)
+        };
+        Gaussian {
+            mean: DVector::from_iterator(n, nuisances.iter().map(|one| mean(one).unwrap_or(0.0))),
+            covariance: self.in_units(calibration, &physical.covariance, nuisances, record),
+        }
+    }
+
+    /// The covariance of these parameters in standard deviations of the make; 1 for each of which
+    /// nothing more is known.
+    fn in_units(
+        &self,
+        calibration: &Calibration,
+        covariance: &DMatrix<f64>,
+        nuisances: &[Nuisance],
+        record: &WalkRecord,
+    ) -> DMatrix<f64> {
+        let known: Vec<Option<(usize, f64)>> = nuisances
+            .iter()
+            .map(|nuisance| {
+                let of_make = nuisance.deviation(&self.settings, record);
+                let row = calibration.row(nuisance.parameter()?)?;
+                (of_make > 0.0).then_some((row, of_make))
+            })
+            .collect();
+        DMatrix::from_fn(nuisances.len(), nuisances.len(), |i, j| {
+            match (known[i], known[j]) {
+                (Some((row, of_row)), Some((column, of_column))) => {
+                    covariance[(row, column)] / (of_row * of_column)
+                }
+                _ if i == j => 1.0,
+                _ => 0.0,
+            }
+        })
+    }
+}
+
+/// Least variance of a calibrated parameter, of its variance among robots of one make.
+const SMALLEST: f64 = 1e-8;

@@ -66,7 +66,8 @@ impl WalkExplanation {
             };
             match effect.kind.as_str() {
                 "imu_misalignment" => {
-                    sensing.misalignment_deg = [value("roll_deg", 0.0), value("pitch_deg", 0.0)];
+                    let tilt_deg = ["roll_deg", "pitch_deg"].map(|name| value(name, 0.0));
+                    sensing.misalignment_deg[..2].copy_from_slice(&tilt_deg);
                 }
                 "gyro_bias" => {
                     sensing.bias_dps = ["x_dps", "y_dps", "z_dps"].map(|name| value(name, 0.0));

@@ -11,8 +11,8 @@ use super::WalkRecord;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensing {
-    /// Roll and pitch at which the sensor is mounted on the body, degrees.
-    pub misalignment_deg: [f64; 2],
+    /// Roll, pitch and yaw at which the sensor is mounted on the body, degrees.
+    pub misalignment_deg: [f64; 3],
     /// Rate about x, y, z that the gyroscope reports at rest, in degrees per second.
     pub bias_dps: [f64; 3],
     /// How fast the bias about z grows from the log's first sample on, in degrees per
@@ -34,7 +34,7 @@ pub struct Sensing {
 impl Default for Sensing {
     fn default() -> Self {
         Self {
-            misalignment_deg: [0.0; 2],
+            misalignment_deg: [0.0; 3],
             bias_dps: [0.0; 3],
             drift_dps_per_min: 0.0,
             scale: 1.0,
@@ -72,8 +72,8 @@ impl Sensing {
             level_pitch_deg.to_radians(),
             0.0,
         );
-        let [roll_deg, pitch_deg] = self.misalignment_deg;
-        let mount = attitude(roll_deg.to_radians(), pitch_deg.to_radians(), 0.0);
+        let [roll_rad, pitch_rad, mount_yaw_rad] = self.misalignment_deg.map(f64::to_radians);
+        let mount = attitude(roll_rad, pitch_rad, mount_yaw_rad);
         let mut angles_deg = Axes::<Vec<f64>>::default();
         // The sensor's true attitude and the one that it reckons with.
         let mut previous: Option<(UnitQuaternion<f64>, UnitQuaternion<f64>)> = None;
@@ -106,7 +106,8 @@ impl Sensing {
             angles_deg.push(Axes {
                 roll: roll.to_degrees(),
                 pitch: pitch.to_degrees(),
-                yaw: yaw_rad.to_degrees(),
+                // Where yaw has its zero is arbitrary: it stays that of the body.
+                yaw: (yaw_rad - mount_yaw_rad).to_degrees(),
             });
         }
         angles_deg
@@ -228,7 +229,7 @@ mod tests {
     #[test]
     fn a_tilted_sensor_shows_its_tilt_whatever_the_heading() {
         let seen = observed(Sensing {
-            misalignment_deg: [3.0, -2.0],
+            misalignment_deg: [3.0, -2.0, 0.0],
             ..Sensing::default()
         });
         let plain = observed(Sensing::default());
@@ -329,7 +330,7 @@ mod tests {
     #[test]
     fn what_is_corrected_is_what_was_observed() {
         let sensing = Sensing {
-            misalignment_deg: [3.0, -2.0],
+            misalignment_deg: [3.0, -2.0, 0.0],
             bias_dps: [0.0, 0.0, 1.5],
             delay_s: 0.04,
             ..Sensing::default()

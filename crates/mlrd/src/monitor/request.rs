@@ -53,7 +53,7 @@ mod tests {
             from_s: 0.5,
         };
         let sensing = Sensing {
-            misalignment_deg: [0.1_f64.to_degrees(), 0.0],
+            misalignment_deg: [0.1_f64.to_degrees(), 0.0, 0.0],
             delay_s: 0.04,
             ..Sensing::default()
         };

@@ -4,7 +4,7 @@ use mlr_model::{LostLinks, Morphology};
 use nalgebra::DMatrix;
 
 use crate::walk::{
-    NuisanceSettings, Observation, WalkModel,
+    NuisancePrior, Observation, WalkModel,
     evidence::{Fit, LinearModel, ln_evidence},
     hypothesis::{Hypothesis, Placement, Walked, Walker},
     observation::Whitening,
@@ -18,7 +18,7 @@ const REFERENCE_STEPS: usize = 3;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Setting<'a> {
     pub(crate) observation: &'a Observation<'a>,
-    pub(crate) nuisance: &'a NuisanceSettings,
+    pub(crate) nuisance: &'a NuisancePrior,
     pub(crate) nominal: &'a WalkModel,
 }
 
@@ -56,7 +56,7 @@ impl<'a> Base<'a> {
         };
         let walker = setting.walker(hypothesis);
         let described = walker.walk(walker.described(&[]))?;
-        let jacobian = walker.jacobian(&described, 0..walker.dimension());
+        let jacobian = walker.jacobian(&described);
         let whitening = walker.whitening(&jacobian)?;
         let fit = walker.advanced(described, jacobian, &whitening, FIRST_STEPS);
         Some(Self {
@@ -75,7 +75,7 @@ impl<'a> Base<'a> {
     /// The same at its most probable walk.
     pub(crate) fn settled(self) -> Option<Self> {
         let walker = self.with(Vec::new());
-        let jacobian = walker.jacobian(&self.reference, 0..walker.dimension());
+        let jacobian = walker.jacobian(&self.reference);
         let fit = walker.advanced(self.reference, jacobian, &self.whitening, REFERENCE_STEPS);
         let jacobian = fit.jacobian;
         let whitening = walker.whitening(&jacobian)?;
@@ -92,7 +92,7 @@ impl<'a> Base<'a> {
     pub(crate) fn continued(&self, setting: Setting<'a>) -> Option<Self> {
         let walker = setting.walker(self.with(Vec::new()).hypothesis);
         let walked = walker.walk(self.reference.z.clone())?;
-        let jacobian = walker.jacobian(&walked, 0..walker.dimension());
+        let jacobian = walker.jacobian(&walked);
         let whitening = walker.whitening(&jacobian)?;
         let fit = walker.advanced(walked, jacobian, &whitening, REFERENCE_STEPS);
         Some(Self {
@@ -104,6 +104,12 @@ impl<'a> Base<'a> {
             whitening,
             ..*self
         })
+    }
+
+    /// Its fit as that of the hypothesis of `walker`, which has no effects.
+    pub(crate) fn fit(&self, walker: &Walker<'_>) -> Fit {
+        let (at, jacobian) = (self.reference.clone(), self.jacobian.clone());
+        walker.integrated(at, jacobian, &self.whitening)
     }
 
     /// Logarithm of the evidence of this robot without effects.

@@ -87,11 +87,7 @@ impl<'a> Search<'a, '_> {
             .iter()
             .map(|base| {
                 let walker = base.with(Vec::new());
-                let fit = walker.integrated(
-                    base.reference.clone(),
-                    base.jacobian.clone(),
-                    &base.whitening,
-                );
+                let fit = base.fit(&walker);
                 self.judge(base, walker, fit)
             })
             .collect();

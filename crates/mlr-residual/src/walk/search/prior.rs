@@ -88,7 +88,9 @@ mod tests {
 
     use super::*;
     use crate::walk::search::{Effort, Search, Setting, base::Base};
-    use crate::walk::{Discrepancy, NuisanceSettings, Observation, record::tests::level_record};
+    use crate::walk::{
+        Discrepancy, NuisancePrior, NuisanceSettings, Observation, record::tests::level_record,
+    };
     use crate::walk_effects::{LIBRARY, Place, find};
 
     #[test]
@@ -99,7 +101,7 @@ mod tests {
         let record = level_record();
         let discrepancy = Discrepancy::default();
         let observation = Observation::new(&record, &discrepancy, nominal.gait.period_s);
-        let nuisance = NuisanceSettings::default();
+        let nuisance = NuisancePrior::new(&NuisanceSettings::default(), &nominal);
         let setting = Setting {
             observation: &observation,
             nuisance: &nuisance,

@@ -112,7 +112,7 @@ impl<'a> Search<'a, '_> {
         known: &DMatrix<f64>,
     ) -> Judged<'a> {
         let first = known.ncols();
-        let own = walker.jacobian(&walked, first..walker.dimension());
+        let own = walker.jacobian_of_added(&walked, first);
         let mut jacobian = known.clone().insert_columns(first, own.ncols(), 0.0);
         jacobian.columns_mut(first, own.ncols()).copy_from(&own);
         let jacobian = walker.without_replaced(jacobian);
@@ -170,7 +170,7 @@ impl<'a> Search<'a, '_> {
         let Judged {
             base, walker, fit, ..
         } = judged;
-        let jacobian = walker.jacobian(&fit.walked, 0..walker.dimension());
+        let jacobian = walker.jacobian(&fit.walked);
         let whitening = walker.whitening(&jacobian)?;
         let fit = walker.advanced(fit.walked.clone(), jacobian, &whitening, LAST_STEPS);
         Some(self.judge(base, walker.clone(), fit))

@@ -163,7 +163,7 @@ impl<'a> Base<'a> {
                 placement,
                 coordinates,
                 change,
-                jacobian: walker.jacobian(&walked, walker.nuisances()..walker.dimension()),
+                jacobian: walker.jacobian_of_effects(&walked),
             };
             let (ln_evidence, to) = self.linear(&[&start], true).ln_evidence(&self.whitening);
             if best.as_ref().is_none_or(|(known, _)| ln_evidence > *known) {

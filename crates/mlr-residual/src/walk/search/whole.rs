@@ -117,7 +117,7 @@ impl<'a> Search<'a, '_> {
         z: DVector<f64>,
     ) -> Option<Judged<'a>> {
         let start = walker.walk(z)?;
-        let jacobian = walker.jacobian(&start, 0..walker.dimension());
+        let jacobian = walker.jacobian(&start);
         let fit = walker.advanced(start, jacobian, &base.whitening, LAST_STEPS);
         Some(self.judge(base, walker, fit))
     }

@@ -1,0 +1,192 @@
+//! From walks in which nothing is wrong with a robot to its own parameters.
+
+mod report;
+
+pub use report::{CalibrationReport, ParameterReport, WalkOrigin, WalkReport};
+
+use mlr_imu::Recording;
+use mlr_model::{Gait, Morphology, Robot};
+use mlr_residual::{
+    Progress,
+    walk::{
+        CalibratedRobot, EvidenceSettings, Suspect, WalkError, WalkModel, WalkRecord,
+        calibrate_walk, explain_walk,
+    },
+};
+use thiserror::Error;
+
+use crate::{
+    AnswerError, ExplainError, ExplainSettings, IdentifySettings, MeasuredWalk, Model, identify,
+    walk_record,
+};
+
+/// A walk in which nothing should be wrong with the robot.
+#[derive(Debug, Clone, Copy)]
+pub struct HealthyWalk<'a> {
+    /// What its sensor recorded.
+    pub recording: &'a Recording,
+    /// The gait that it walked.
+    pub gait: &'a Gait,
+}
+
+/// A robot with its own parameters, and how each walk added to them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibrated {
+    /// The robot with its most probable parameters, and how surely these are known.
+    pub robot: Robot,
+    /// What was known after each walk.
+    pub walks: Vec<CalibratedRobot>,
+}
+
+/// Why a robot cannot be calibrated by a walk.
+#[derive(Debug, Error)]
+pub enum CalibrateError {
+    /// The walk cannot be identified.
+    #[error(transparent)]
+    Answer(#[from] AnswerError),
+    /// The walk cannot be compared with that of a model.
+    #[error(transparent)]
+    Walk(#[from] WalkError),
+    /// The walk started before the recording.
+    #[error("the log does not show the start of the walk, expected the robot to stand first")]
+    NoStart,
+    /// Legs seem to be damaged.
+    #[error(
+        "the robot does not walk like a whole one: most probably leg{} {} {} damaged \
+         ({:.0} %), expected a healthy walk",
+        if legs.len() > 1 { "s" } else { "" },
+        legs.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+        if legs.len() > 1 { "are" } else { "is" },
+        100.0 * probability
+    )]
+    Damaged {
+        /// Numbers of the legs.
+        legs: Vec<usize>,
+        /// Probability of this set of legs.
+        probability: f64,
+    },
+    /// Something else seems to be wrong.
+    #[error(
+        "something is wrong with this walk: most probably {what} ({:.0} %), expected a healthy one",
+        100.0 * probability
+    )]
+    Disturbed {
+        /// Kinds of effects, or "something unknown".
+        what: String,
+        /// Probability that nothing is wrong.
+        probability: f64,
+    },
+}
+
+impl CalibrateError {
+    /// Whether the recording is at fault, rather than what was asked of it.
+    pub fn is_recordings_fault(&self) -> bool {
+        match self {
+            Self::Answer(error) => error.is_recordings_fault(),
+            Self::Walk(error) => error.is_recordings_fault(),
+            Self::NoStart | Self::Damaged { .. } | Self::Disturbed { .. } => true,
+        }
+    }
+}
+
+impl From<ExplainError> for CalibrateError {
+    fn from(error: ExplainError) -> Self {
+        match error {
+            ExplainError::Answer(error) => Self::Answer(error),
+            ExplainError::Walk(error) => Self::Walk(error),
+            // Records are made without a method that decides.
+            ExplainError::NoStart | ExplainError::MethodWithoutProbabilities => Self::NoStart,
+        }
+    }
+}
+
+/// A walk is taken for disturbed where something is wrong with more than this probability: what is
+/// learned of it would be taken for the robot's.
+const SURE: f64 = 0.9;
+
+/// Fits the parameters of a robot to its walks, one after the other: what is known after one is the
+/// prior of the next. `check` looks for damage and effects in each walk first.
+///
+/// # Errors
+/// [`CalibrateError`], with the index of the walk.
+pub fn calibrate(
+    walks: &[HealthyWalk<'_>],
+    robot: &Robot,
+    settings: ExplainSettings<'_>,
+    check: bool,
+    progress: &(impl Progress + crate::Progress),
+) -> Result<Calibrated, (usize, CalibrateError)> {
+    let ExplainSettings {
+        identify: identify_settings,
+        explanation,
+    } = settings;
+    let mut known = robot.clone();
+    let mut calibrated = Vec::new();
+    for (index, walk) in walks.iter().enumerate() {
+        let at = |error: CalibrateError| (index, error);
+        // A healthy walk is compared from its start.
+        let measured = MeasuredWalk::new(walk.recording, walk.gait, identify_settings);
+        let measured = measured.map_err(|error| at(error.into()))?;
+        let from_the_start = IdentifySettings {
+            from_s: Some(measured.start().start_s),
+            ..identify_settings.clone()
+        };
+        let record = walk_record(walk.recording, walk.gait, &from_the_start);
+        let record = record.map_err(|error| at(error.into()))?;
+        let simulation = identify_settings.simulation.clone();
+        let nominal = WalkModel::nominal(known.clone(), walk.gait.clone(), simulation);
+        if check {
+            let model = Model::new(&known, walk.gait);
+            let found = identify(walk.recording, model, &from_the_start, progress);
+            let found = found.map_err(|error| at(error.into()))?;
+            if !found.damaged_legs.is_empty() {
+                return Err(at(CalibrateError::Damaged {
+                    probability: found.legs_probability,
+                    legs: found.damaged_legs,
+                }));
+            }
+            check_undisturbed(&record, &nominal, explanation, progress).map_err(at)?;
+        }
+        let fitted = calibrate_walk(&record, &nominal, explanation).map_err(|e| at(e.into()))?;
+        known = fitted.robot.clone();
+        calibrated.push(fitted);
+    }
+    Ok(Calibrated {
+        robot: known,
+        walks: calibrated,
+    })
+}
+
+/// Whether an effect makes the whole robot walk like this.
+fn check_undisturbed(
+    record: &WalkRecord,
+    nominal: &WalkModel,
+    settings: &EvidenceSettings,
+    progress: &dyn Progress,
+) -> Result<(), CalibrateError> {
+    let morphology = Morphology::healthy(&nominal.robot.layout());
+    let whole = Suspect {
+        morphology: morphology.clone(),
+        ln_prior: 0.0,
+    };
+    let ln_prior = |other: &Morphology| match *other == morphology {
+        true => 0.0,
+        false => f64::NEG_INFINITY,
+    };
+    let found = explain_walk(record, nominal, &[whole], &ln_prior, settings, progress)?;
+    let probability = |kind: &str| found.effect_probability.get(kind).copied().unwrap_or(0.0);
+    let wrong = 1.0 - probability("none");
+    if wrong <= SURE {
+        return Ok(());
+    }
+    let kinds = found.effects.iter().map(|effect| effect.kind.as_str());
+    let kinds: Vec<&str> = kinds.collect();
+    let what = match kinds.is_empty() {
+        true => "something unknown".to_string(),
+        false => kinds.join(" and "),
+    };
+    Err(CalibrateError::Disturbed {
+        what,
+        probability: wrong,
+    })
+}

@@ -1,0 +1,156 @@
+//! `mlr-ga calibrate`.
+
+use std::{
+    fs::File,
+    io,
+    path::{Path, PathBuf},
+};
+
+use anyhow::Context as _;
+use clap::Args;
+use mlr_ga::{
+    CalibrationReport, Configuration, ExplainSettings, HealthyWalk, WalkOrigin, calibrate,
+};
+use mlr_imu::Recording;
+use sha2::{Digest as _, Sha256};
+
+use super::{
+    log_file::LogFiles,
+    model_files::{self, RobotFile},
+    output::{self, ResultFile},
+    progress::Bar,
+};
+
+#[derive(Debug, Args)]
+pub(super) struct CalibrateOptions {
+    #[command(flatten)]
+    logs: LogFiles,
+    #[command(flatten)]
+    robot: RobotFile,
+    /// Gait in TOML, or tripod for the embedded one: one for all logs, or one for each in their
+    /// order [default: tripod].
+    #[arg(long, value_name = "FILE")]
+    gait: Vec<PathBuf>,
+    /// Write the robot's description with its own numbers to this file. An existing file is never
+    /// overwritten.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Do not look for damage and effects first: take the word of who recorded the logs that nothing
+    /// was wrong with the robot.
+    #[arg(long)]
+    healthy: bool,
+    /// Print one JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// All settings, in TOML, such as the daemon's /etc/mlrd.toml.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+}
+
+pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
+    let Configuration {
+        identification,
+        explanation,
+        mounting,
+        ..
+    } = model_files::configuration(options.config.as_deref(), None)?;
+    let (robot, text) = options.robot.read()?;
+    let paths = options.logs.paths();
+    let gaits = options.robot.gaits(&robot, &options.gait, paths.len())?;
+    let file = ResultFile::reserve(&options.output)?;
+    let recordings = options.logs.read()?.into_iter();
+    let recordings = recordings.map(|recording| recording.mounted(&mounting));
+    let recordings = recordings.collect::<Result<Vec<Recording>, _>>()?;
+    let both = recordings.iter().zip(&gaits);
+    let walks: Vec<HealthyWalk<'_>> = both
+        .map(|(recording, gait)| HealthyWalk { recording, gait })
+        .collect();
+    let settings = ExplainSettings {
+        identify: &identification,
+        explanation: &explanation,
+    };
+    let bar = Bar::of_steps();
+    let found = calibrate(&walks, &robot, settings, !options.healthy, &bar);
+    bar.clear();
+    let found = found.map_err(|(index, error)| {
+        let of_the_log = error.is_recordings_fault();
+        options.logs.blame_if(index, of_the_log, error.into())
+    })?;
+    let origins = paths.iter().zip(&gaits).map(|(path, gait)| {
+        Ok(WalkOrigin {
+            log: path.display().to_string(),
+            sha256: sha256(path)?,
+            gait: gait.name.clone(),
+        })
+    });
+    let origins = origins.collect::<anyhow::Result<Vec<WalkOrigin>>>()?;
+    let report = CalibrationReport::new(&robot, &found, &explanation.nuisance, origins);
+    file.write(&report.description(&text, &found.robot)?)?;
+    for warning in &report.warnings {
+        output::warning(warning);
+    }
+    let text = match options.json {
+        true => serde_json::to_string(&report)? + "\n",
+        false => table(&report, &options.output),
+    };
+    Ok(output::result(&text)?)
+}
+
+/// Of a file's bytes; of standard input, nothing is left to read.
+fn sha256(path: &Path) -> anyhow::Result<String> {
+    if path.as_os_str() == output::STDOUT {
+        return Ok(String::new());
+    }
+    let mut hash = Sha256::new();
+    let name = || path.display().to_string();
+    let mut file = File::open(path).with_context(name)?;
+    io::copy(&mut file, &mut hash).with_context(name)?;
+    let bytes = hash.finalize();
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// The report for people.
+fn table(report: &CalibrationReport, file: &Path) -> String {
+    let mut table = output::Table::default();
+    table.line("robot", file.display());
+    let axes = |errors: [f64; 3]| errors.map(|error| format!("{error:6.2}°")).join(" ");
+    table.line(
+        "unseen error",
+        "   roll   pitch     yaw   before, then calibrated",
+    );
+    for walk in &report.walks {
+        table.line(
+            "",
+            format!(
+                "{}, {}  {}",
+                axes(walk.error_before.validation_axes_deg),
+                axes(walk.error_after.validation_axes_deg),
+                walk.origin.log
+            ),
+        );
+    }
+    let after = |walk: usize| format!("  after {:>2}", walk + 1);
+    let heads: String = (0..report.walks.len()).map(after).collect();
+    table.line(
+        "",
+        format!(
+            "{:<18} {:>4}   changed  the robot's own ±: make{heads}",
+            "", ""
+        ),
+    );
+    let lines = report.parameters.iter().map(|one| {
+        let after = one.physical_deviations.iter();
+        format!(
+            "{:<18} {:>4} {:9.4} {:9.4}      {:8.4}{}{}",
+            one.name,
+            one.unit,
+            one.fitted - one.described,
+            one.physical - one.described,
+            one.make_deviation,
+            after.map(|one| format!(" {one:9.4}")).collect::<String>(),
+            if one.is_told { "" } else { "  not told" }
+        )
+    });
+    table.lines("", lines);
+    table.into_text()
+}

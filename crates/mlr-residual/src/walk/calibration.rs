@@ -1,0 +1,217 @@
+//! A robot's own parameters, from a walk in which nothing is wrong with it.
+
+use std::collections::BTreeMap;
+
+use mlr_model::{Calibration, Gaussian, LostLinks, Morphology, Robot, RobotParameter};
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    EvidenceSettings, Nuisance, NuisancePrior, Observation, StretchErrors, WalkError, WalkModel,
+    WalkRecord,
+    evidence::Fit,
+    hypothesis::Walker,
+    search::base::{Base, Setting},
+    stretch_errors::{Corrected, residual_deg, stretch_errors},
+};
+
+/// What a healthy walk tells of its robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibratedRobot {
+    /// The robot with its most probable parameters, and how surely these are known.
+    pub robot: Robot,
+    /// What belongs to the day of the walk, in standard deviations of its prior: friction of the
+    /// ground, bias of the gyroscope, start of the walk.
+    pub day: BTreeMap<String, f64>,
+    /// Errors of the robot as it was described before. Of each, the zero of yaw and the start of the
+    /// walk are fitted.
+    pub error_before: StretchErrors,
+    /// Errors of the robot as calibrated, on its day.
+    pub error_after: StretchErrors,
+}
+
+/// Fits the robot's own parameters to a walk in which it lacks nothing, and what belongs to the day
+/// with them. What is known of the robot already is the prior; several walks tell more one after the
+/// other.
+///
+/// # Errors
+/// [`WalkError`] when a setting makes no sense, or the walk cannot be simulated.
+pub fn calibrate_walk(
+    record: &WalkRecord,
+    nominal: &WalkModel,
+    settings: &EvidenceSettings,
+) -> Result<CalibratedRobot, WalkError> {
+    settings.check()?;
+    let morphology = Morphology::healthy(&nominal.robot.layout());
+    let observation = Observation::new(record, &settings.discrepancy, nominal.gait.period_s);
+    let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
+    let setting = Setting {
+        observation: &observation,
+        nuisance: &nuisance,
+        nominal,
+    };
+    let base = Base::new(setting, &morphology, LostLinks::Absent, 0.0, None)
+        .and_then(Base::settled)
+        .ok_or(WalkError::Diverged)?;
+    let walker = base.with(Vec::new());
+    let fit = base.fit(&walker);
+    let mut described = walker.described(&[]);
+    // Time has no zero: the start of the walk is part of the comparison.
+    described[0] = fit.walked.z[0];
+    let errors = |model: &WalkModel| -> Result<StretchErrors, WalkError> {
+        let samples = record.times_s().len();
+        let walked = model.walk(&morphology, record, samples)?;
+        let body = walked.ok_or(WalkError::Diverged)?;
+        let residual_deg = residual_deg(record, &model.observe(&body, record, samples));
+        Ok(stretch_errors(record, &residual_deg, Corrected::Heading).0)
+    };
+    let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
+    Ok(CalibratedRobot {
+        robot: posterior.applied_to(&nominal.robot)?,
+        day: posterior.day(),
+        error_before: errors(&walker.model(&described))?,
+        error_after: errors(&fit.walked.model)?,
+    })
+}
+
+/// What a walk tells of the nuisance parameters, in standard deviations of the make.
+struct Posterior {
+    nuisances: Vec<Nuisance>,
+    /// Standard deviations of the make, in the coordinates of the parameters.
+    units: Vec<f64>,
+    /// With these the model walks like the robot.
+    effective: Gaussian,
+    /// Those of the robot itself, from where the model's were before.
+    physical: Gaussian,
+}
+
+impl Posterior {
+    fn new(
+        walker: &Walker<'_>,
+        fit: &Fit,
+        prior: &NuisancePrior,
+        record: &WalkRecord,
+        settings: &EvidenceSettings,
+    ) -> Self {
+        let nuisances = Nuisance::of(&walker.hypothesis.morphology, record);
+        let unit = |nuisance: &Nuisance| nuisance.deviation(&settings.nuisance, record);
+        let mixing = walker.mixing();
+        let effective = Gaussian {
+            mean: &mixing * &fit.walked.z,
+            covariance: &mixing * fit.covariance() * mixing.transpose(),
+        };
+        // At the maximum of the posterior the slope of the likelihood is that of the prior.
+        let (slope, curvature) = match mixing.clone().try_inverse() {
+            Some(unmixing) => (
+                unmixing.tr_mul(&fit.walked.z),
+                unmixing.tr_mul(&fit.curvature) * &unmixing,
+            ),
+            None => (fit.walked.z.clone(), fit.curvature.clone()),
+        };
+        let discrepancy = &settings.discrepancy;
+        let share = discrepancy.physical_power / discrepancy.power;
+        let before = prior.physical(&nuisances, record, walker.nominal());
+        Self {
+            physical: updated(
+                &before,
+                &effective.mean,
+                &(share * slope),
+                &(share * curvature),
+            ),
+            units: nuisances.iter().map(unit).collect(),
+            nuisances,
+            effective,
+        }
+    }
+
+    /// What belongs to the day, in standard deviations of the make.
+    fn day(&self) -> BTreeMap<String, f64> {
+        let each = self.nuisances.iter().zip(self.effective.mean.iter());
+        each.filter(|(nuisance, _)| nuisance.parameter().is_none())
+            .map(|(nuisance, deviation)| (nuisance.name(), *deviation))
+            .collect()
+    }
+
+    /// The robot with its own parameters.
+    fn applied_to(&self, nominal: &Robot) -> Result<Robot, WalkError> {
+        let each = self.nuisances.iter().enumerate();
+        let own: Vec<(usize, RobotParameter)> = each
+            .filter_map(|(k, nuisance)| Some((k, nuisance.parameter()?)))
+            .collect();
+        let mut robot = nominal.clone();
+        for (k, parameter) in &own {
+            robot = robot.with_added(*parameter, self.effective.mean[*k] * self.units[*k]);
+        }
+        let covariance = |of: &Gaussian| {
+            DMatrix::from_fn(own.len(), own.len(), |i, j| {
+                let (i, j) = (own[i].0, own[j].0);
+                let mean = f64::midpoint(of.covariance[(i, j)], of.covariance[(j, i)]);
+                mean * self.units[i] * self.units[j]
+            })
+        };
+        let physical = own.iter().map(|(k, parameter)| {
+            parameter.coordinate(nominal) + self.physical.mean[*k] * self.units[*k]
+        });
+        let physical = Gaussian {
+            mean: DVector::from_iterator(own.len(), physical),
+            covariance: covariance(&self.physical),
+        };
+        let parameters = own.iter().map(|(_, parameter)| *parameter).collect();
+        let covariance = covariance(&self.effective);
+        let calibration = Calibration::new(&robot, parameters, covariance, physical)?;
+        Ok(robot.with_calibration(calibration))
+    }
+}
+
+/// A normal distribution after a likelihood whose logarithm has this slope and curvature at a point.
+fn updated(
+    before: &Gaussian,
+    at: &DVector<f64>,
+    slope: &DVector<f64>,
+    curvature: &DMatrix<f64>,
+) -> Gaussian {
+    let n = before.mean.len();
+    let Some(factors) = before.covariance.clone().cholesky() else {
+        return before.clone();
+    };
+    // In coordinates in which the distribution before is standard normal.
+    let l = factors.unpack();
+    let precision = DMatrix::identity(n, n) + l.tr_mul(curvature) * &l;
+    let rhs = l.tr_mul(&(slope + curvature * (at - &before.mean)));
+    match precision.cholesky() {
+        None => before.clone(),
+        Some(factors) => Gaussian {
+            mean: &before.mean + &l * factors.solve(&rhs),
+            covariance: &l * factors.inverse() * l.transpose(),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A measurement of two numbers, of which one is known well before, by their sum.
+    #[test]
+    fn a_likelihood_updates_a_normal_distribution_as_a_measurement_does() {
+        let before = Gaussian {
+            mean: DVector::from_vec(vec![1.0, -1.0]),
+            covariance: DMatrix::from_row_slice(2, 2, &[0.01, 0.0, 0.0, 4.0]),
+        };
+        let (measured, variance) = (3.0, 0.25);
+        let h = DVector::from_vec(vec![1.0, 1.0]);
+        let curvature = &h * h.transpose() / variance;
+        // Wherever it is linearised.
+        for at in [DVector::zeros(2), DVector::from_vec(vec![5.0, 2.0])] {
+            let slope = &h * (measured - h.dot(&at)) / variance;
+            let after = updated(&before, &at, &slope, &curvature);
+            // Kalman's equations.
+            let innovation = measured - h.dot(&before.mean);
+            let gain = &before.covariance * &h
+                / ((h.transpose() * &before.covariance * &h)[(0, 0)] + variance);
+            let mean = &before.mean + &gain * innovation;
+            let covariance = &before.covariance - &gain * h.transpose() * &before.covariance;
+            assert!((after.mean - mean).amax() < 1e-9);
+            assert!((after.covariance - covariance).amax() < 1e-9);
+        }
+    }
+}
