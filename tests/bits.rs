@@ -15,6 +15,7 @@ use mlr_golden_tests::data;
 use mlr_model::{
     Gait, LostLinks, Morphology, Outcome, Robot, Roughness, SimulationSettings, Simulator, Terrain,
 };
+use rayon::prelude::*;
 
 const GOLDEN: &str = "golden/bits/walks.txt";
 const MORPHOLOGIES: [&str; 4] = [
@@ -35,40 +36,45 @@ fn walks() -> String {
             seed: 1,
         }),
     };
-    let mut lines = String::new();
-    for (ground, terrain) in [("flat", Terrain::default()), ("rubble", rubble)] {
-        for lost_links in [LostLinks::Absent, LostLinks::Locked] {
+    let grounds = [("flat", Terrain::default()), ("rubble", rubble)];
+    let cases: Vec<_> = grounds
+        .iter()
+        .flat_map(|ground| [LostLinks::Absent, LostLinks::Locked].map(|lost| (ground, lost)))
+        .flat_map(|(ground, lost)| MORPHOLOGIES.map(|morphology| (ground, lost, morphology)))
+        .collect();
+    cases
+        .into_par_iter()
+        .map(|((ground, terrain), lost_links, morphology)| {
             let settings = SimulationSettings {
                 lost_links,
                 terrain: terrain.clone(),
                 ..Default::default()
             };
-            let simulator = Simulator::new(Robot::jethexa(), &Gait::tripod(), settings).unwrap();
-            for text in MORPHOLOGIES {
-                let morphology = Morphology::parse(text, &simulator.robot().layout()).unwrap();
-                let Outcome::Walked(trajectory) = simulator.simulate(&morphology) else {
-                    panic!("{text} diverged");
-                };
-                let angles = trajectory.orientation.angles_rad();
-                for (index, time_s) in trajectory
-                    .orientation
-                    .times_s()
-                    .iter()
-                    .enumerate()
-                    .step_by(50)
-                {
-                    writeln!(
-                        lines,
-                        "{ground} {lost_links:?} {} {time_s:.1} {:016x} {:016x} {:016x}",
-                        text.replace(' ', "-"),
-                        angles.roll[index].to_bits(),
-                        angles.pitch[index].to_bits(),
-                        angles.yaw[index].to_bits(),
-                    )
-                    .unwrap();
-                }
-            }
-        }
+            walk(ground, settings, morphology)
+        })
+        .collect()
+}
+
+fn walk(ground: &str, settings: SimulationSettings, text: &str) -> String {
+    let lost_links = settings.lost_links;
+    let simulator = Simulator::new(Robot::jethexa(), &Gait::tripod(), settings).unwrap();
+    let morphology = Morphology::parse(text, &simulator.robot().layout()).unwrap();
+    let Outcome::Walked(trajectory) = simulator.simulate(&morphology) else {
+        panic!("{text} diverged");
+    };
+    let angles = trajectory.orientation.angles_rad();
+    let mut lines = String::new();
+    let times_s = trajectory.orientation.times_s().iter().enumerate();
+    for (index, time_s) in times_s.step_by(50) {
+        writeln!(
+            lines,
+            "{ground} {lost_links:?} {} {time_s:.1} {:016x} {:016x} {:016x}",
+            text.replace(' ', "-"),
+            angles.roll[index].to_bits(),
+            angles.pitch[index].to_bits(),
+            angles.yaw[index].to_bits(),
+        )
+        .unwrap();
     }
     lines
 }
