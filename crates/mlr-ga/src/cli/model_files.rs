@@ -22,13 +22,14 @@ pub(super) struct ModelFiles {
 
 impl ModelFiles {
     /// Robot and gait, which fit together: the robot can follow the gait from its first step
-    /// until it repeats.
+    /// until it repeats or ends.
     pub(super) fn read(&self) -> anyhow::Result<(Robot, Gait)> {
         let robot = load(self.robot.as_deref(), Robot::from_toml)?;
-        let gait = load(self.gait.as_deref(), Gait::from_toml)?;
+        let gait = self.gait.as_deref();
+        let gait = load_up_to(Gait::MOST_FILE_BYTES, gait, Gait::from_toml)?;
         let robot = robot.unwrap_or_else(Robot::jethexa);
         let gait = gait.unwrap_or_else(Gait::tripod);
-        match JointCommands::new(&robot, &gait, gait.ramp_s + gait.period_s) {
+        match JointCommands::new(&robot, &gait, gait.first_pass_s()) {
             Ok(_) => Ok((robot, gait)),
             Err(error) => Err(self.blame(error.into())),
         }
@@ -122,8 +123,20 @@ fn load<T, E>(
 where
     E: std::error::Error + Send + Sync + 'static,
 {
+    load_up_to(MAX_TEXT_BYTES, path, parse)
+}
+
+/// The same for a file that may be so large.
+fn load_up_to<T, E>(
+    max_bytes: u64,
+    path: Option<&Path>,
+    parse: impl FnOnce(&str) -> Result<T, E>,
+) -> anyhow::Result<Option<T>>
+where
+    E: std::error::Error + Send + Sync + 'static,
+{
     let Some(path) = path else { return Ok(None) };
     let name = || path.display().to_string();
-    let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
+    let text = read_text(path, max_bytes).with_context(name)?;
     parse(&text).map(Some).with_context(name)
 }

@@ -52,6 +52,8 @@ pub struct Stretch {
     pub later_s: f64,
     /// Period of the gait.
     pub gait_period_s: f64,
+    /// After how long the gait repeats itself; `None` of a motion that ends.
+    pub cycle_s: Option<f64>,
 }
 
 impl Stretch {
@@ -71,6 +73,7 @@ impl Stretch {
             offsets: offsets.samples,
             later_s: offsets.later_s,
             gait_period_s: gait.period_s,
+            cycle_s: gait.cycle_s(),
         }
     }
 
@@ -83,11 +86,15 @@ impl Stretch {
     }
 
     /// Checkpoints, in samples of the stretch, at which a candidate that does not fit
-    /// may be abandoned. They are whole gait cycles, whose harmonics have bins of their own.
+    /// may be abandoned. They are whole gait cycles, whose harmonics have bins of their own. Of
+    /// a motion that repeats nothing, no part stands for the rest: there are none.
     pub fn parts(&self) -> Vec<usize> {
+        let Some(cycle_s) = self.cycle_s else {
+            return Vec::new();
+        };
         [2.0, 3.0, 4.0]
             .iter()
-            .map(|cycles| cycles * self.gait_period_s * ComparableWalk::RATE_HZ)
+            .map(|cycles| cycles * cycle_s * ComparableWalk::RATE_HZ)
             .map(|samples| samples.round() as usize)
             .filter(|part| *part < self.samples)
             .collect()
