@@ -88,6 +88,35 @@ fn a_walk_from_its_own_joint_angles_is_the_same_walk() {
 }
 
 #[test]
+fn a_lost_leg_shows_in_a_motion_that_ends() {
+    let folder = Folder::new();
+    let robot = Robot::jethexa();
+    let tripod = JointTrajectory::commanded(&robot, &Gait::tripod(), 2.6).unwrap();
+    let ending = JointTrajectory::new(0.02, tripod.rows_rad().to_vec(), None).unwrap();
+    let ending = Gait {
+        name: "ending".into(),
+        period_s: 1.0,
+        motion: Motion::Joints(ending),
+    };
+    let gait = folder.write("ending.toml", ending.to_toml());
+    let config = folder.write(
+        "quick.toml",
+        "window_s = 2.5\nlost_links = \"absent\"\nvariations = [{}]\n\
+         [genetic]\nislands = 1\ngenerations = 4\n",
+    );
+    for (legs_lost, expected) in [("", vec![]), ("3", vec![3])] {
+        let name = format!("lost-{legs_lost}");
+        simulated(&folder, &name, &["--gait", &gait, "--legs-lost", legs_lost]);
+        let log = folder.path(&format!("{name}.csv"));
+        let identify = [
+            "identify", &log, "--json", "--gait", &gait, "--config", &config,
+        ];
+        let answer: Value = serde_json::from_str(&folder.succeeds(&identify)).unwrap();
+        assert_eq!(answer["damaged_legs"], Value::from(expected), "{answer}");
+    }
+}
+
+#[test]
 fn half_a_minute_at_full_precision_loads() {
     let folder = Folder::new();
     let robot = Robot::jethexa();

@@ -15,7 +15,7 @@ pub(super) struct ModelFiles {
     /// Robot description in TOML [default: the embedded JetHexa].
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
-    /// Gait in TOML [default: the embedded tripod].
+    /// Gait in TOML: the motion of feet or a joint trajectory [default: the embedded tripod].
     #[arg(long, value_name = "FILE")]
     gait: Option<PathBuf>,
 }

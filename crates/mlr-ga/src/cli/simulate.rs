@@ -33,7 +33,7 @@ pub(super) struct SimulateOptions {
     /// for each command of its servos (20 ms on the JetHexa), from the stance at 0 s on. A first
     /// line "# repeat A..B" names the rows, from 0, that repeat the gait, where the file shows a
     /// whole cycle of it. An existing file is never overwritten.
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "FILE")]
     joints: Option<PathBuf>,
     #[command(flatten)]
     morphology: MorphologyChoice,

@@ -326,6 +326,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use mlr_filter::Axes;
+    use mlr_model::{JointTrajectory, Motion, Robot};
 
     use super::*;
 
@@ -349,6 +350,31 @@ mod tests {
             yaw: still,
         };
         OrientationSeries::new(times_s, angles_rad).unwrap()
+    }
+
+    #[test]
+    fn parts_are_cycles_of_what_repeats_and_there_are_none_of_what_ends() {
+        let parts = |gait: &Gait| {
+            let settings = IdentifySettings::default();
+            let measured = MeasuredWalk::new(&recording(0.4).into(), gait, &settings).unwrap();
+            measured.stretch().parts()
+        };
+        let tripod = Gait::tripod();
+        assert_eq!(parts(&tripod), [50, 75, 100]);
+        let joints = JointTrajectory::commanded(&Robot::jethexa(), &tripod, 4.0).unwrap();
+        let rows = |rows_rad: &[Vec<f64>], repeat_rows| Gait {
+            motion: Motion::Joints(
+                JointTrajectory::new(0.02, rows_rad.to_vec(), repeat_rows).unwrap(),
+            ),
+            ..Gait::tripod()
+        };
+        assert_eq!(
+            parts(&rows(joints.rows_rad(), joints.repeat_rows())),
+            [50, 75, 100]
+        );
+        // Both of its periods together are the cycle.
+        assert_eq!(parts(&rows(joints.rows_rad(), Some(101..201))), [100]);
+        assert!(parts(&rows(joints.rows_rad(), None)).is_empty());
     }
 
     fn window_start_s(later_deg: f64) -> f64 {

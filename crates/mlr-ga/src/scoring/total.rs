@@ -155,7 +155,7 @@ fn per_group(damaged_legs: &[usize], gait: &Gait) -> String {
 
 #[cfg(test)]
 mod tests {
-    use mlr_model::{Morphology, Robot};
+    use mlr_model::{JointTrajectory, Morphology, Motion, Robot};
 
     use super::*;
 
@@ -193,6 +193,14 @@ mod tests {
         assert_eq!(per_group(&[1, 4, 5], &tripod), "A3");
         assert_eq!(per_group(&[1, 2, 3], &tripod), "A1 B2");
         assert_eq!(per_group(&[], &tripod), "healthy");
+        // A joint trajectory says nothing about groups.
+        let joints = JointTrajectory::commanded(&Robot::jethexa(), &tripod, 3.0).unwrap();
+        let rows = Gait {
+            motion: Motion::Joints(joints),
+            ..tripod
+        };
+        assert_eq!(per_group(&[1, 2, 3], &rows), "3");
+        assert_eq!(per_group(&[], &rows), "healthy");
     }
 
     #[test]

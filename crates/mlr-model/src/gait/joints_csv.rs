@@ -31,8 +31,8 @@ impl JointTrajectory {
         }
         text += &columns(robot).join(",");
         for (row, angles_rad) in self.rows_rad().iter().enumerate() {
-            // To the nanosecond: 0.06 s and not 0.06000000000000001 s.
-            let time_s = (row as f64 * self.row_s() * 1e9).round() / 1e9;
+            // To the picosecond: 0.06 s and not 0.06000000000000001 s.
+            let time_s = (row as f64 * self.row_s() * 1e12).round() / 1e12;
             // Writing to a string cannot fail.
             let _ = write!(text, "\n{time_s}");
             for angle_rad in angles_rad {
@@ -74,7 +74,7 @@ impl JointTrajectory {
                 if let Some((time_s, row_rad)) = numbers.split_first() {
                     let row_s = times_s.get(1).map_or(*time_s, |row_s: &f64| *row_s);
                     let expected_s = times_s.len() as f64 * row_s;
-                    if !((time_s - expected_s).abs() <= TIME_TOLERANCE_S) {
+                    if (time_s - expected_s).abs() > TIME_TOLERANCE_S {
                         let expected = "expected a first row at 0 s and rows at even distances";
                         return Err(fail(format!(
                             "t_s: {time_s}, {expected}, here {expected_s:.6}"
