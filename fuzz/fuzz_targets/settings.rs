@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use libfuzzer_sys::fuzz_target;
 use mlr_ga::{Configuration, IdentifySettings};
-use mlr_model::{Gait, Robot};
+use mlr_model::{Gait, Motion, Robot};
 use serde::Serialize;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -75,14 +75,22 @@ fn check_robot(robot: &Robot) {
 }
 
 fn check_gait(gait: &Gait) {
-    let numbers = [
-        gait.period_s,
-        gait.ramp_s,
-        gait.stride_m,
-        gait.lift_m,
-        gait.body_height_m,
-        gait.swing_fraction,
-    ];
-    let numbers = numbers.iter().chain(&gait.phase_offsets);
-    assert!(numbers.copied().all(f64::is_finite), "{gait:?}");
+    let numbers: Vec<f64> = match &gait.motion {
+        Motion::Feet(feet) => {
+            let numbers = [
+                feet.ramp_s,
+                feet.stride_m,
+                feet.lift_m,
+                feet.body_height_m,
+                feet.swing_fraction,
+            ];
+            numbers.iter().chain(&feet.phase_offsets).copied().collect()
+        }
+        Motion::Joints(joints) => joints.rows_rad().concat(),
+    };
+    let times = [gait.period_s, gait.steady_from_s(), gait.first_pass_s()];
+    let mut numbers = numbers.into_iter().chain(times);
+    assert!(numbers.all(f64::is_finite), "{gait:?}");
+    let written = gait.to_toml();
+    assert!(Gait::from_toml(&written).is_ok(), "{written}");
 }

@@ -1,4 +1,4 @@
-"""The robots' nominal gaits of `data/gait`, others like them, and the inverse kinematics.
+"""The robots' nominal gaits of `data/gait`, others like them, and the inverse kinematics; files of joint angles.
 
 Lengths in metres in the body frame (x forward, y left, z up), angles in radians,
 gait time in seconds on the robot's own clock: standing up to 0, walking after.
@@ -7,7 +7,9 @@ gait time in seconds on the robot's own clock: standing up to 0, walking after.
 import math
 from dataclasses import dataclass
 
-from robot import LENGTH_M, STANDING_HEIGHT_M, Robot
+import numpy as np
+
+from robot import LENGTH_M, LINK_NAMES, STANDING_HEIGHT_M, Robot
 
 PERIOD_S, STRIDE_M, LIFT_M = 1.0, 0.060, 0.040
 
@@ -52,3 +54,50 @@ class Gait:
     def all_joint_angles(self, gait_s):
         """Those of every joint, leg by leg."""
         return [angle for leg in range(self.robot.legs) for angle in self.joint_angles(leg, gait_s)]
+
+
+class JointFile:
+    """The joint angles of a CSV file, row by row: `t_s,leg1_coxa_rad,…`, as `mlr-ga simulate --joints` writes it.
+
+    A row is held until the next. After the last row comes the first of those that a line `# repeat A..B` names
+    (rows from 0, B not among them), else the robot holds the last.
+    """
+
+    def __init__(self, path, robot):
+        with open(path, encoding="utf-8") as file:
+            lines = [line.strip() for line in file]
+        comments = [line for line in lines if line.startswith("#")]
+        table = [line for line in lines if line and not line.startswith("#")]
+        columns = ["t_s", *(f"leg{leg + 1}_{link}_rad" for leg in range(robot.legs) for link in LINK_NAMES)]
+        if not table or table[0].split(",") != columns:
+            raise ValueError(f"{path}: expected the columns {','.join(columns)}")
+        rows = [[float(field) for field in line.split(",")] for line in table[1:]]
+        if len(rows) < 2 or any(len(row) != len(columns) for row in rows):
+            raise ValueError(f"{path}: expected at least 2 rows of {len(columns)} numbers")
+        rows = np.array(rows)
+        self.row_s = rows[1, 0] - rows[0, 0]
+        if not (self.row_s > 0.0 and np.allclose(rows[:, 0], np.arange(len(rows)) * self.row_s, rtol=0.0, atol=1e-6)):
+            raise ValueError(f"{path}: expected t_s to begin at 0 and to rise evenly")
+        if not np.all(np.isfinite(rows)):
+            raise ValueError(f"{path}: expected finite numbers")
+        self.angles = rows[:, 1:]
+        self.repeat = None
+        for comment in comments:
+            if comment.startswith("# repeat "):
+                first, end = (int(n) for n in comment.removeprefix("# repeat ").split(".."))
+                if not 0 <= first < end <= len(rows):
+                    raise ValueError(f"{path}: expected rows of the file: {comment}")
+                self.repeat = first, end
+
+    @property
+    def length_s(self):
+        """When the last row is commanded."""
+        return (len(self.angles) - 1) * self.row_s
+
+    def all_joint_angles(self, gait_s):
+        """Those of every joint, leg by leg."""
+        row = max(math.floor(gait_s / self.row_s + 1e-6), 0)
+        if self.repeat and row >= self.repeat[1]:
+            first, end = self.repeat
+            row = first + (row - first) % (end - first)
+        return self.angles[min(row, len(self.angles) - 1)]

@@ -59,6 +59,7 @@ OCTOPOD = Robot(
     body_size_m=(0.33, 0.156, 0.036), body_com_m=(0.02, 0.0, 0.02),
 )
 LINKS = 3
+LINK_NAMES = ("coxa", "femur", "tibia")
 LENGTH_M = (0.04505, 0.07703, 0.123)
 LINK_MASS_KG = (0.02556, 0.08807, 0.08993)
 LINK_COM_M = (0.020, 0.0385, 0.0565)

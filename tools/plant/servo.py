@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from gait import Gait
+from gait import Gait, JointFile
 from robot import LINKS, STEP_S
 
 HOLD_S = 0.020
@@ -33,7 +33,12 @@ class Servos:
         self.offset = np.array([plant.joint_offset_rad[leg][link] + plant.joint_zero_rad[leg][link] for leg, link in joints])
         self.held = [(i, held[joint]) for i, joint in enumerate(joints) if joint in held]
         self.dropping = [i for i, (leg, _) in enumerate(joints) if plant.dropout and leg == plant.dropout["leg"] - 1]
-        self.gait = Gait(plant.robot, **plant.gait)
+        if plant.joints:
+            # A controller that plays a file holds every row for one tick of its own clock.
+            self.gait, self.hold_s = JointFile(plant.joints, plant.robot), HOLD_S * plant.period_scale
+        else:
+            # The nominal gait's time is asked for at every true tick.
+            self.gait, self.hold_s = Gait(plant.robot, **plant.gait), HOLD_S
         self.powered = True
         self.tick = None
         self.set_point = self.target = self.targets(0.0, -math.inf)
@@ -52,10 +57,10 @@ class Servos:
 
     def step(self, data, t):
         plant = self.plant
-        tick = math.floor((t - plant.start - plant.latency) / HOLD_S + 1e-6)
+        tick = math.floor((t - plant.start - plant.latency) / self.hold_s + 1e-6)
         if tick != self.tick:
             self.tick = tick
-            self.target = self.targets(max(tick, 0) * HOLD_S / plant.period_scale, t)
+            self.target = self.targets(max(tick, 0) * self.hold_s / plant.period_scale, t)
         travel = SPEED_RADPS * STEP_S
         self.set_point = self.set_point + clip(self.target - self.set_point, travel)
         angle = data.qpos[self.angles]

@@ -41,6 +41,7 @@ class Plant:
     locked: bool = False  # lost links held clear of the ground; False: cut off
     locked_pose: list | None = None  # where they are held [rad]
     gait: dict = field(default_factory=dict)  # what it has other than the nominal one: `gait.Gait`
+    joints: str | None = None  # a file of joint angles that it plays in place of a gait: `gait.JointFile`
     walk_s: float = 10.0  # from the start to the end of the log
     damage_s: float = -math.inf  # when a walking robot loses the links (locked only)
     payload_kg: float = 0.0
@@ -131,6 +132,18 @@ def assemble(rng, plant):
     plant.backlash = rng.uniform(0.0, 0.012)
     plant.contact_time_s = rng.uniform(0.005, 0.018)
     return plant
+
+
+def as_described(robot=JETHEXA):
+    """A whole robot as `data/robot` describes it, with the noise of its sensor and nothing else."""
+    return Plant(
+        robot=robot,
+        kp=30.0, kd=0.6, mu=0.7, latency=0.010,
+        mass_scale=1.0, link_mass_scale=[[1.0] * LINKS for _ in range(robot.legs)], body_com=list(robot.body_com_m),
+        backlash=0.0, armature=0.001, contact_time_s=0.0095, contact_width_m=0.00125,
+        gyro_bias=[0.0] * 3, gyro_noise=0.0021, acc_bias=[0.0] * 3, acc_noise=0.046, mis_deg=[0.0] * 3,
+        period_scale=1.0, start=2.0,
+    )
 
 
 def draw_locked_pose(rng, links):

@@ -214,8 +214,7 @@ fn virtual_start_s(measured: &MeasuredWalk, gait: &mlr_model::Gait) -> Result<f6
     match measured.phase() {
         GaitPhase::Start => Ok(measured.start().start_s),
         GaitPhase::Elapsed { since_start_s } => {
-            let steady_s = GaitPhase::steady_s(gait);
-            let phase_s = since_start_s.rem_euclid(gait.period_s);
+            let [steady_s, phase_s] = GaitPhase::steady_s(gait, since_start_s);
             Ok(measured.window().start_s - steady_s - phase_s)
         }
         GaitPhase::Unknown => Err(ExplainError::NoStart),

@@ -80,7 +80,11 @@ impl<'a> WalkObjective<'a> {
         let spectral = SpectralSettings {
             cutoff_hz: settings.filter.cutoff_hz,
             gait_period_s: stretch.gait_period_s,
-            between_harmonics: settings.likelihood.between_harmonics,
+            // A motion that repeats nothing has no harmonics: every frequency counts in full.
+            between_harmonics: match stretch.cycle_s {
+                Some(_) => settings.likelihood.between_harmonics,
+                None => 1.0,
+            },
         };
         let aligned = |samples| {
             AlignedMeasurement::new(measured.recording(), stretch.start_s, samples, spectral)

@@ -47,12 +47,28 @@ pub enum ModelError {
     /// The text that a robot is to be written into describes one with other legs.
     #[error("the text describes a robot with other legs or links, expected the description of {0}")]
     OtherRobot(String),
+    /// The gait was made for a robot with another number of joints.
+    #[error("the gait has {gait} joint angles in a row, the robot has {robot} joints")]
+    JointCount {
+        /// Angles in a row of the gait.
+        gait: usize,
+        /// Joints of the robot.
+        robot: usize,
+    },
+    /// A joint trajectory is not CSV of the expected form.
+    #[error("line {line}: {reason}")]
+    JointsCsv {
+        /// Line of the text, from 1.
+        line: usize,
+        /// What was found and what was expected.
+        reason: String,
+    },
     /// The robot would lie on its belly.
     #[error(
         "in the gait's stance no leg reaches the ground: the body's underside is at \
          {underside_m:.4} m, the lowest point with which a leg can touch the ground at \
-         {lowest_m:.4} m; expected a larger body_height_m of the gait, or a robot whose links \
-         with a contact reach further down"
+         {lowest_m:.4} m; expected a larger body_height_m of the gait, legs that reach further \
+         down in the first row of its joints_rad, or a robot whose links with a contact do"
     )]
     NoFooting {
         /// Height of the body's underside over its origin.

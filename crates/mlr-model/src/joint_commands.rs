@@ -1,8 +1,8 @@
-//! The joint angles that the gait commands, tick by tick.
+//! The joint angles that the gait commands, tick by tick, whichever way it says how legs move.
 
 use mlr_filter::SettingError;
 
-use crate::{Gait, ModelError, Robot, kinematics};
+use crate::{FootMotion, Gait, ModelError, Motion, Robot, kinematics};
 
 /// Commanded joint angles of the healthy robot, one set per controller tick.
 ///
@@ -20,18 +20,23 @@ pub struct JointCommands {
 }
 
 impl JointCommands {
-    /// Solves the inverse kinematics of every foot target up to `duration_s`.
+    /// The angles at every tick up to `duration_s`: those of a joint trajectory, or the inverse
+    /// kinematics of every foot target.
     ///
     /// # Errors
-    /// [`ModelError::Setting`] when a number of the gait makes no sense,
-    /// [`ModelError::LegCount`] and [`ModelError::NoFooting`] when gait and robot do not fit,
-    /// [`ModelError::Unreachable`] for the first target out of reach.
+    /// [`ModelError::Setting`] when a number of the gait makes no sense;
+    /// [`ModelError::LegCount`], [`ModelError::JointCount`] and [`ModelError::NoFooting`] when
+    /// gait and robot do not fit; [`ModelError::Unreachable`] for the first target out of reach.
     pub fn new(robot: &Robot, gait: &Gait, duration_s: f64) -> Result<Self, ModelError> {
-        if gait.phase_offsets.len() != robot.legs().len() {
-            return Err(ModelError::LegCount {
-                gait: gait.phase_offsets.len(),
-                robot: robot.legs().len(),
-            });
+        match &gait.motion {
+            Motion::Feet(feet) if feet.phase_offsets.len() != robot.legs().len() => {
+                return Err(ModelError::LegCount {
+                    gait: feet.phase_offsets.len(),
+                    robot: robot.legs().len(),
+                });
+            }
+            Motion::Feet(_) => {}
+            Motion::Joints(joints) => joints.check_on(robot)?,
         }
         gait.check()?;
         let hold_s = robot.servo().command_hold_s;
@@ -41,7 +46,11 @@ impl JointCommands {
         }
         let last_tick = whole_ticks(duration_s, hold_s) + 1;
         let ticks = (0..=last_tick)
-            .map(|tick| angles_at(robot, gait, tick as f64 * hold_s))
+            .map(|tick| tick as f64 * hold_s)
+            .map(|time_s| match &gait.motion {
+                Motion::Feet(feet) => reaching(robot, feet, gait.period_s, time_s),
+                Motion::Joints(joints) => Ok(joints.angles_rad(time_s)),
+            })
             .collect::<Result<Vec<_>, _>>()?;
         if let Some(stance) = ticks.first() {
             check_footing(robot, stance)?;
@@ -65,8 +74,13 @@ impl JointCommands {
     /// The angle commanded to joint `link` of leg `leg` (both from 0) at gait
     /// time `time_s`: the last one computed before, held. The stance for t ≤ 0.
     pub fn angle_rad(&self, leg: usize, link: usize, time_s: f64) -> f64 {
+        self.all_rad(time_s)[self.first_joint[leg] + link]
+    }
+
+    /// The angles commanded to all joints at gait time `time_s`, leg by leg from the body outward.
+    pub(crate) fn all_rad(&self, time_s: f64) -> &[f64] {
         let tick = whole_ticks(time_s, self.hold_s).min(self.ticks.len() - 1);
-        self.ticks[tick][self.first_joint[leg] + link]
+        &self.ticks[tick]
     }
 }
 
@@ -99,10 +113,16 @@ fn whole_ticks(time_s: f64, hold_s: f64) -> usize {
     if ticks > 0.0 { ticks as usize } else { 0 }
 }
 
-fn angles_at(robot: &Robot, gait: &Gait, time_s: f64) -> Result<Vec<f64>, ModelError> {
+/// Joint angles that bring every foot to its target at gait time `time_s`.
+fn reaching(
+    robot: &Robot,
+    feet: &FootMotion,
+    period_s: f64,
+    time_s: f64,
+) -> Result<Vec<f64>, ModelError> {
     let mut angles_rad = Vec::with_capacity(robot.layout().total_links());
     for (index, leg) in robot.legs().iter().enumerate() {
-        let target = gait.foot_target(index, leg, time_s);
+        let target = feet.foot_target(period_s, index, leg, time_s);
         angles_rad.extend(kinematics::inverse(leg, target).map_err(|out_of_reach| {
             ModelError::Unreachable {
                 leg: index + 1,
@@ -131,12 +151,16 @@ mod tests {
         assert_ne!(at(1.10), at(1.12));
     }
 
+    /// The tripod with another motion of the feet.
+    fn tripod_with(change: impl FnOnce(&mut FootMotion)) -> Gait {
+        let mut gait = Gait::tripod();
+        change(gait.feet_mut().unwrap());
+        gait
+    }
+
     #[test]
     fn a_stride_too_long_names_leg_time_and_target() {
-        let gait = Gait {
-            stride_m: 0.5,
-            ..Gait::tripod()
-        };
+        let gait = tripod_with(|feet| feet.stride_m = 0.5);
         let message = JointCommands::new(&Robot::jethexa(), &gait, 2.0)
             .unwrap_err()
             .to_string();
@@ -150,11 +174,7 @@ mod tests {
             JointCommands::new(&Robot::from_toml(robot).unwrap(), gait, 1.0)
         };
         // The feet are level with the middle of the body.
-        let lying = Gait {
-            body_height_m: 0.001,
-            lift_m: 0.0,
-            ..Gait::tripod()
-        };
+        let lying = tripod_with(|feet| (feet.body_height_m, feet.lift_m) = (0.001, 0.0));
         let error = commands(Robot::JETHEXA_TOML, &lying).unwrap_err();
         assert!(matches!(error, ModelError::NoFooting { .. }), "{error}");
         // The tibias cannot touch the ground, and the femurs stay above the body's underside.
@@ -171,8 +191,7 @@ mod tests {
 
     #[test]
     fn a_gait_for_another_number_of_legs_is_refused() {
-        let mut gait = Gait::tripod();
-        gait.phase_offsets.pop();
+        let gait = tripod_with(|feet| _ = feet.phase_offsets.pop());
         assert!(matches!(
             JointCommands::new(&Robot::jethexa(), &gait, 1.0),
             Err(ModelError::LegCount { gait: 5, robot: 6 })

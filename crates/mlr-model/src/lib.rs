@@ -2,7 +2,7 @@
 //!
 //! The paper's formalism is general: a body, N legs, n_i links in leg i. So is
 //! this crate. A [`Robot`] describes the healthy machine, a [`Morphology`] says
-//! which links are still there, a [`Gait`] what the feet are told to do, and a
+//! which links are still there, a [`Gait`] what it is commanded to do, and a
 //! [`Simulator`] assembles the damaged robot as a rapier3d multibody and walks it.
 //!
 //! ```
@@ -47,7 +47,7 @@ mod variation;
 
 pub use error::ModelError;
 pub use fault::Fault;
-pub use gait::{FootTarget, Gait};
+pub use gait::{FootMotion, FootTarget, Gait, JointTrajectory, Motion};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
 pub use robot::{

@@ -23,6 +23,10 @@ fn with_each_number(
     }
 }
 
+/// A gait that is a joint trajectory.
+const TRAJECTORY: &str = "name = \"nod\"\nperiod_s = 1.0\nrow_s = 0.02\n\
+    joints_rad = [\n  [0.1, 0.5, -1.8],\n  [0.2, 0.5, -1.8],\n]\n";
+
 fn robot(text: &str) -> Result<(), ModelError> {
     Robot::from_toml(text).map(|_| ())
 }
@@ -35,6 +39,7 @@ fn gait(text: &str) -> Result<(), ModelError> {
 fn the_files_as_they_are_are_accepted() {
     robot(Robot::JETHEXA_TOML).unwrap();
     gait(Gait::TRIPOD_TOML).unwrap();
+    gait(TRAJECTORY).unwrap();
 }
 
 #[test]
@@ -49,6 +54,7 @@ fn what_is_no_number_or_too_large_is_refused_by_name_and_line() {
         };
         with_each_number(Robot::JETHEXA_TOML, number, robot, refused);
         with_each_number(Gait::TRIPOD_TOML, number, gait, refused);
+        with_each_number(TRAJECTORY, number, gait, refused);
     }
 }
 
@@ -63,6 +69,7 @@ fn lengths_masses_and_times_of_zero_or_less_are_refused_by_name() {
         "hip_yaw_deg",
         "nominal_foot_m",
         "stride_m",
+        "joints_rad",
     ];
     let may_be_zero = [
         "damping_nm_s_per_rad",
@@ -85,6 +92,7 @@ fn lengths_masses_and_times_of_zero_or_less_are_refused_by_name() {
         };
         with_each_number(Robot::JETHEXA_TOML, number, robot, judge);
         with_each_number(Gait::TRIPOD_TOML, number, gait, judge);
+        with_each_number(TRAJECTORY, number, gait, judge);
     }
 }
 

@@ -90,7 +90,8 @@ fn stands_and_walks_level_while_it_is_healthy() {
     let [x_m, y_m, z_m] = *healthy.position_m.as_ref().unwrap().last().unwrap();
     assert!((0.45..0.60).contains(&x_m), "walked {x_m} m");
     assert!(y_m.abs() < 0.02, "strayed {y_m} m");
-    assert!((z_m - gait.body_height_m).abs() < 0.03, "body at {z_m} m");
+    let height_m = gait.feet().unwrap().body_height_m;
+    assert!((z_m - height_m).abs() < 0.03, "body at {z_m} m");
 
     // Control: without any one of its legs it is not level.
     for leg in 1..=8 {
@@ -103,7 +104,7 @@ fn stands_and_walks_level_while_it_is_healthy() {
 fn tips_over_with_legs_of_one_side_in_the_air_together() {
     // Control of the gait: the same feet in other groups do not carry the body.
     let mut pacing = Gait::from_toml(GAIT).unwrap();
-    pacing.phase_offsets = [0.0, 0.5].repeat(4);
+    pacing.feet_mut().unwrap().phase_offsets = [0.0, 0.5].repeat(4);
     let [_, walking_deg] = largest_tilt_deg(&walk("", &pacing));
     assert!(walking_deg > 5.0, "{walking_deg}°");
 }

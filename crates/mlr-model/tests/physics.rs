@@ -104,7 +104,8 @@ fn mirrored_damage_gives_mirrored_roll_and_yaw() {
     // gait is the gait half a period later.
     let mut mirrored_gait = Gait::tripod();
     for pair in [(0, 1), (2, 3), (4, 5)] {
-        mirrored_gait.phase_offsets.swap(pair.0, pair.1);
+        let feet = mirrored_gait.feet_mut().unwrap();
+        feet.phase_offsets.swap(pair.0, pair.1);
     }
     let simulate = |lost: &str, gait: &Gait| {
         let robot = Robot::jethexa();

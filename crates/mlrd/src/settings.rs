@@ -246,7 +246,7 @@ impl Settings {
     /// Robot and gait, which fit together and to the faults of the simulation.
     pub(crate) fn model(&self) -> anyhow::Result<(Robot, Gait)> {
         let (robot, gait) = (self.robot()?, self.gait()?);
-        JointCommands::new(&robot, &gait, gait.ramp_s + gait.period_s).context("robot and gait")?;
+        JointCommands::new(&robot, &gait, gait.first_pass_s()).context("robot and gait")?;
         let identification = self.identification.check_on(&robot);
         identification.map_err(|error| error.under("identification"))?;
         Ok((robot, gait))
@@ -266,7 +266,7 @@ impl Settings {
             return Ok(Gait::tripod());
         };
         let name = || path.display().to_string();
-        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
+        let text = read_text(path, Gait::MOST_FILE_BYTES).with_context(name)?;
         Gait::from_toml(&text).with_context(name)
     }
 }

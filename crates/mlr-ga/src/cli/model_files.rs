@@ -12,10 +12,10 @@ use mlr_residual::walk::EvidenceSettings;
 /// Replaces the embedded robot and gait.
 #[derive(Debug, Args)]
 pub(super) struct ModelFiles {
-    /// Robot description in TOML [default: the embedded JetHexa].
-    #[arg(long, value_name = "FILE")]
-    robot: Option<PathBuf>,
-    /// Gait in TOML [default: the embedded tripod].
+    #[command(flatten)]
+    robot: RobotFile,
+    /// Gait in TOML, the motion of feet or a joint trajectory; or tripod for the embedded one
+    /// [default: tripod].
     #[arg(long, value_name = "FILE")]
     gait: Option<PathBuf>,
 }
@@ -28,6 +28,18 @@ pub(super) struct RobotFile {
     robot: Option<PathBuf>,
 }
 
+/// What stands for the embedded gait among several.
+const TRIPOD: &str = "tripod";
+
+impl ModelFiles {
+    /// Robot and gait, which fit together.
+    pub(super) fn read(&self) -> anyhow::Result<(Robot, Gait)> {
+        let (robot, _) = self.robot.read()?;
+        let gait = self.robot.gait(&robot, self.gait.as_deref())?;
+        Ok((robot, gait))
+    }
+}
+
 impl RobotFile {
     /// The robot, and the text that describes it.
     pub(super) fn read(&self) -> anyhow::Result<(Robot, String)> {
@@ -36,8 +48,18 @@ impl RobotFile {
         Ok(read.unwrap_or_else(|| (Robot::jethexa(), Robot::JETHEXA_TOML.into())))
     }
 
-    /// The gait of each of so many logs: one for all, or one each in their order. `tripod` is the
-    /// embedded one.
+    /// A gait that the robot can follow from its first step until it repeats or ends.
+    fn gait(&self, robot: &Robot, file: Option<&Path>) -> anyhow::Result<Gait> {
+        let file = file.filter(|file| file.as_os_str() != TRIPOD);
+        let gait = load_up_to(Gait::MOST_FILE_BYTES, file, Gait::from_toml)?;
+        let gait = gait.unwrap_or_else(Gait::tripod);
+        match JointCommands::new(robot, &gait, gait.first_pass_s()) {
+            Ok(_) => Ok(gait),
+            Err(error) => Err(self.blame(file, error.into())),
+        }
+    }
+
+    /// The gait of each of so many logs: one for all, or one each in their order.
     pub(super) fn gaits(
         &self,
         robot: &Robot,
@@ -50,51 +72,13 @@ impl RobotFile {
                 files.len()
             );
         }
-        let read = |file: &PathBuf| {
-            let gait = match file.as_os_str() == TRIPOD {
-                true => None,
-                false => load(Some(file.as_path()), Gait::from_toml)?,
-            };
-            let gait = gait.unwrap_or_else(Gait::tripod);
-            let fits = JointCommands::new(robot, &gait, gait.ramp_s + gait.period_s);
-            match fits {
-                Ok(_) => Ok(gait),
-                Err(error) => Err(anyhow::Error::from(error).context(file.display().to_string())),
-            }
-        };
-        let gaits = files
-            .iter()
-            .map(read)
-            .collect::<anyhow::Result<Vec<Gait>>>()?;
-        Ok((0..logs)
-            .map(|log| {
-                let gait = gaits.get(log).or(gaits.first());
-                gait.cloned().unwrap_or_else(Gait::tripod)
-            })
-            .collect())
-    }
-}
-
-/// What stands for the embedded gait among several.
-const TRIPOD: &str = "tripod";
-
-impl ModelFiles {
-    /// Robot and gait, which fit together: the robot can follow the gait from its first step
-    /// until it repeats.
-    pub(super) fn read(&self) -> anyhow::Result<(Robot, Gait)> {
-        let robot = load(self.robot.as_deref(), Robot::from_toml)?;
-        let gait = load(self.gait.as_deref(), Gait::from_toml)?;
-        let robot = robot.unwrap_or_else(Robot::jethexa);
-        let gait = gait.unwrap_or_else(Gait::tripod);
-        match JointCommands::new(&robot, &gait, gait.ramp_s + gait.period_s) {
-            Ok(_) => Ok((robot, gait)),
-            Err(error) => Err(self.blame(error.into())),
-        }
+        let of = |log: usize| files.get(log).or(files.first()).map(PathBuf::as_path);
+        (0..logs).map(|log| self.gait(robot, of(log))).collect()
     }
 
-    /// Names the files in an error that comes from both.
-    fn blame(&self, error: anyhow::Error) -> anyhow::Error {
-        let files: Vec<String> = [&self.gait, &self.robot]
+    /// Names the files in an error that comes from robot and gait.
+    fn blame(&self, gait: Option<&Path>, error: anyhow::Error) -> anyhow::Error {
+        let files: Vec<String> = [gait, self.robot.as_deref()]
             .into_iter()
             .flatten()
             .map(|path| path.display().to_string())
@@ -180,8 +164,20 @@ fn load<T, E>(
 where
     E: std::error::Error + Send + Sync + 'static,
 {
+    load_up_to(MAX_TEXT_BYTES, path, parse)
+}
+
+/// The same for a file that may be so large.
+fn load_up_to<T, E>(
+    max_bytes: u64,
+    path: Option<&Path>,
+    parse: impl FnOnce(&str) -> Result<T, E>,
+) -> anyhow::Result<Option<T>>
+where
+    E: std::error::Error + Send + Sync + 'static,
+{
     let Some(path) = path else { return Ok(None) };
     let name = || path.display().to_string();
-    let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
+    let text = read_text(path, max_bytes).with_context(name)?;
     parse(&text).map(Some).with_context(name)
 }

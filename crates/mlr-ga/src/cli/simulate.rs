@@ -2,19 +2,23 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use mlr_filter::{OrientationSeries, SettingError};
 use mlr_ga::LARGEST_SEED;
 use mlr_imu::{write_log, write_log_to};
 use mlr_model::{
-    GroundContact, LostLinks, Morphology, Outcome, Roughness, SimulationSettings, Simulator,
-    Terrain,
+    GroundContact, JointTrajectory, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
+    Simulator, Terrain,
 };
 
 use serde_json::json;
 
-use super::{model_files::ModelFiles, morphology_choice::MorphologyChoice, output};
+use super::{
+    model_files::ModelFiles,
+    morphology_choice::MorphologyChoice,
+    output::{self, ResultFile},
+};
 
 /// Version of the JSON output.
 const SCHEMA: &str = "mlr.simulation/1";
@@ -25,6 +29,12 @@ pub(super) struct SimulateOptions {
     /// stdout, in place of the sentence or the JSON object.
     #[arg(short, long, value_name = "LOG")]
     output: PathBuf,
+    /// Also write the joint angles that the robot was commanded while it walked, as CSV: one row
+    /// for each command of its servos (20 ms on the JetHexa), from the stance at 0 s on. A first
+    /// line "# repeat A..B" names the rows, from 0, that repeat the gait, where the file shows a
+    /// whole cycle of it. An existing file is never overwritten.
+    #[arg(long, value_name = "FILE")]
+    joints: Option<PathBuf>,
     #[command(flatten)]
     morphology: MorphologyChoice,
     /// What became of lost links.
@@ -102,6 +112,16 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
     let settings = options.settings()?;
     let (robot, gait) = options.model.read()?;
     let morphology = options.morphology.of(&robot.layout())?;
+    let joints = match &options.joints {
+        Some(path) => {
+            let file = ResultFile::reserve(path)?;
+            let joints = JointTrajectory::commanded(&robot, &gait, settings.duration_s)
+                .and_then(|joints| joints.to_csv(&robot))
+                .with_context(|| path.display().to_string())?;
+            Some((file, joints))
+        }
+        None => None,
+    };
     let simulator = Simulator::new(robot.clone(), &gait, settings)?;
     let orientation = match simulator.simulate(&morphology) {
         Outcome::Walked(trajectory) => trajectory.orientation,
@@ -118,12 +138,18 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
         .map(|time_s| time_s + options.stand_s)
         .collect();
     let log = OrientationSeries::new(times_s, orientation.angles_rad().clone())?;
-    if options.output.as_os_str() == output::STDOUT {
+    let to_stdout = options.output.as_os_str() == output::STDOUT;
+    if !to_stdout {
+        write_log(&options.output, &log)?;
+    }
+    if let Some((file, joints)) = joints {
+        file.write(&joints)?;
+    }
+    if to_stdout {
         let mut text = Vec::new();
         write_log_to(&mut text, &log)?;
         return Ok(output::result(&String::from_utf8(text)?)?);
     }
-    write_log(&options.output, &log)?;
     output::result(&options.report(&morphology, log.len()))?;
     Ok(())
 }
@@ -134,6 +160,7 @@ impl SimulateOptions {
             let report = json!({
                 "schema": SCHEMA,
                 "log": self.output,
+                "joints": self.joints,
                 "morphology": morphology,
                 "damaged_legs": morphology.damaged_legs(),
                 "samples": samples,

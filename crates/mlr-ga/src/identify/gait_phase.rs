@@ -34,35 +34,50 @@ pub struct WalkOffsets {
 }
 
 impl GaitPhase {
-    /// When a simulated robot has reached its steady gait: one period after the ramp, in
-    /// whole periods.
-    pub(crate) fn steady_s(gait: &Gait) -> f64 {
-        (gait.ramp_s / gait.period_s).ceil() * gait.period_s + gait.period_s
+    /// Gait time at which a simulated robot does what a real one does that has walked for so
+    /// long: a start of the steady gait, and the time since.
+    ///
+    /// The steady gait starts one cycle after the commands begin to repeat, in whole cycles;
+    /// since then only the phase matters. A motion that repeats nothing is the same at no two
+    /// times: its start is 0.
+    pub(crate) fn steady_s(gait: &Gait, since_start_s: f64) -> [f64; 2] {
+        match gait.cycle_s() {
+            Some(cycle_s) => [
+                (gait.steady_from_s() / cycle_s).ceil() * cycle_s + cycle_s,
+                since_start_s.rem_euclid(cycle_s),
+            ],
+            None => [0.0, since_start_s.max(0.0)],
+        }
     }
 
     /// The samples of a simulated walk from which it is compared.
     ///
     /// A stretch in mid-walk starts after the simulated robot has reached its
-    /// steady gait: one period after the ramp. There, only the phase matters.
+    /// steady gait: one cycle after its commands repeat. There, only the phase matters.
     pub fn offsets(self, gait: &Gait) -> WalkOffsets {
-        let steady_s = Self::steady_s(gait);
-        let (phase_s, error_s) = match self {
+        // How long it takes until there is nothing new.
+        let whole_s = gait.cycle_s().or(gait.duration_s()).unwrap_or(0.0);
+        let (since_start_s, error_s) = match self {
             Self::Start => {
                 return WalkOffsets {
                     samples: vec![0],
                     later_s: 0.0,
                 };
             }
-            Self::Elapsed { since_start_s } => (
-                since_start_s.rem_euclid(gait.period_s),
-                CLOCK_ERROR * since_start_s + START_ERROR_S,
-            ),
-            Self::Unknown => (0.0, f64::INFINITY),
+            Self::Elapsed { since_start_s } => {
+                (since_start_s, CLOCK_ERROR * since_start_s + START_ERROR_S)
+            }
+            // Half of it either way is all of it; of what repeats, the phase does not matter.
+            Self::Unknown => match gait.cycle_s() {
+                Some(_) => (0.0, f64::INFINITY),
+                None => (whole_s / 2.0, f64::INFINITY),
+            },
         };
+        let [steady_s, phase_s] = Self::steady_s(gait, since_start_s);
         let offset = (steady_s + phase_s) * ComparableWalk::RATE_HZ;
         let later_s = offset.fract() / ComparableWalk::RATE_HZ;
-        let half_period = gait.period_s * ComparableWalk::RATE_HZ / 2.0;
-        let reach = (error_s * ComparableWalk::RATE_HZ).min(half_period);
+        let half = whole_s * ComparableWalk::RATE_HZ / 2.0;
+        let reach = (error_s * ComparableWalk::RATE_HZ).min(half);
         let steps = (reach / PHASE_STEP as f64).ceil() as usize;
         let first = (offset.floor() as usize).saturating_sub(steps * PHASE_STEP);
         WalkOffsets {
@@ -76,6 +91,8 @@ impl GaitPhase {
 
 #[cfg(test)]
 mod tests {
+    use mlr_model::{JointTrajectory, Motion};
+
     use super::*;
 
     #[test]
@@ -104,6 +121,51 @@ mod tests {
         );
         assert!(last - first >= 25, "{offsets:?}");
         assert!(first >= 35, "after the ramp: {offsets:?}");
+    }
+
+    /// 200 rows of 20 ms.
+    fn rows(repeat_rows: Option<std::ops::Range<usize>>) -> Gait {
+        let rows_rad = vec![vec![0.0; 18]; 200];
+        Gait {
+            name: "rows".into(),
+            period_s: 0.5,
+            motion: Motion::Joints(JointTrajectory::new(0.02, rows_rad, repeat_rows).unwrap()),
+        }
+    }
+
+    #[test]
+    fn a_trajectory_that_repeats_is_steady_a_cycle_after_that() {
+        let phase = GaitPhase::Elapsed {
+            since_start_s: 7.31,
+        };
+        // It repeats from 1 s on every 3 s, and so is steady at 6 s; 1.31 s later is sample 182.75.
+        let offsets = phase.offsets(&rows(Some(50..200)));
+        assert!((offsets.later_s - 0.03).abs() < 1e-9, "{offsets:?}");
+        assert_eq!(offsets.samples, [176, 179, 182, 185, 188]);
+        // Its cycle counts, and not its period of half a second.
+        let unknown = GaitPhase::Unknown.offsets(&rows(Some(50..200)));
+        let (first, last) = (
+            unknown.samples[0],
+            unknown.samples[unknown.samples.len() - 1],
+        );
+        assert!(last - first >= 75, "{unknown:?}");
+    }
+
+    #[test]
+    fn a_motion_that_ends_is_compared_at_its_own_time() {
+        let phase = GaitPhase::Elapsed {
+            since_start_s: 2.31,
+        };
+        let offsets = phase.offsets(&rows(None));
+        assert!((offsets.later_s - 0.03).abs() < 1e-9, "{offsets:?}");
+        assert_eq!(offsets.samples, [54, 57, 60]);
+        // It ends after 3.98 s.
+        let unknown = GaitPhase::Unknown.offsets(&rows(None)).samples;
+        assert_eq!(unknown[0], 0, "{unknown:?}");
+        assert!(
+            (97..=102).contains(&unknown[unknown.len() - 1]),
+            "{unknown:?}"
+        );
     }
 
     #[test]

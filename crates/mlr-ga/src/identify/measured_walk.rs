@@ -52,6 +52,8 @@ pub struct Stretch {
     pub later_s: f64,
     /// Period of the gait.
     pub gait_period_s: f64,
+    /// After how long the gait repeats itself; `None` of a motion that ends.
+    pub cycle_s: Option<f64>,
 }
 
 impl Stretch {
@@ -71,6 +73,7 @@ impl Stretch {
             offsets: offsets.samples,
             later_s: offsets.later_s,
             gait_period_s: gait.period_s,
+            cycle_s: gait.cycle_s(),
         }
     }
 
@@ -83,11 +86,15 @@ impl Stretch {
     }
 
     /// Checkpoints, in samples of the stretch, at which a candidate that does not fit
-    /// may be abandoned. They are whole gait cycles, whose harmonics have bins of their own.
+    /// may be abandoned. They are whole gait cycles, whose harmonics have bins of their own. Of
+    /// a motion that repeats nothing, no part stands for the rest: there are none.
     pub fn parts(&self) -> Vec<usize> {
+        let Some(cycle_s) = self.cycle_s else {
+            return Vec::new();
+        };
         [2.0, 3.0, 4.0]
             .iter()
-            .map(|cycles| cycles * self.gait_period_s * ComparableWalk::RATE_HZ)
+            .map(|cycles| cycles * cycle_s * ComparableWalk::RATE_HZ)
             .map(|samples| samples.round() as usize)
             .filter(|part| *part < self.samples)
             .collect()
@@ -319,6 +326,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use mlr_filter::Axes;
+    use mlr_model::{JointTrajectory, Motion, Robot};
 
     use super::*;
 
@@ -342,6 +350,31 @@ mod tests {
             yaw: still,
         };
         OrientationSeries::new(times_s, angles_rad).unwrap()
+    }
+
+    #[test]
+    fn parts_are_cycles_of_what_repeats_and_there_are_none_of_what_ends() {
+        let parts = |gait: &Gait| {
+            let settings = IdentifySettings::default();
+            let measured = MeasuredWalk::new(&recording(0.4).into(), gait, &settings).unwrap();
+            measured.stretch().parts()
+        };
+        let tripod = Gait::tripod();
+        assert_eq!(parts(&tripod), [50, 75, 100]);
+        let joints = JointTrajectory::commanded(&Robot::jethexa(), &tripod, 4.0).unwrap();
+        let rows = |rows_rad: &[Vec<f64>], repeat_rows| Gait {
+            motion: Motion::Joints(
+                JointTrajectory::new(0.02, rows_rad.to_vec(), repeat_rows).unwrap(),
+            ),
+            ..Gait::tripod()
+        };
+        assert_eq!(
+            parts(&rows(joints.rows_rad(), joints.repeat_rows())),
+            [50, 75, 100]
+        );
+        // Both of its periods together are the cycle.
+        assert_eq!(parts(&rows(joints.rows_rad(), Some(101..201))), [100]);
+        assert!(parts(&rows(joints.rows_rad(), None)).is_empty());
     }
 
     fn window_start_s(later_deg: f64) -> f64 {

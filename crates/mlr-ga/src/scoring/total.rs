@@ -49,7 +49,8 @@ pub struct Calibration {
 /// legs swing together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Confusion {
-    /// Damaged legs per group, as in "A2 B1"; "healthy" without any.
+    /// Damaged legs per group, as in "A2 B1"; "healthy" without any. Their number alone where
+    /// the gait is a joint trajectory, which knows no groups.
     pub truth: String,
     /// The same of the answer.
     pub answer: String,
@@ -133,7 +134,10 @@ fn per_group(damaged_legs: &[usize], gait: &Gait) -> String {
     if damaged_legs.is_empty() {
         return "healthy".into();
     }
-    let mut phases: Vec<f64> = gait.phase_offsets.clone();
+    let Some(feet) = gait.feet() else {
+        return damaged_legs.len().to_string();
+    };
+    let mut phases: Vec<f64> = feet.phase_offsets.clone();
     phases.sort_by(f64::total_cmp);
     phases.dedup();
     let groups: Vec<String> = ('A'..='Z')
@@ -141,7 +145,7 @@ fn per_group(damaged_legs: &[usize], gait: &Gait) -> String {
         .filter_map(|(name, phase)| {
             let damaged = damaged_legs
                 .iter()
-                .filter(|&&leg| gait.phase_offsets.get(leg - 1) == Some(phase))
+                .filter(|&&leg| feet.phase_offsets.get(leg - 1) == Some(phase))
                 .count();
             (damaged > 0).then(|| format!("{name}{damaged}"))
         })
@@ -151,7 +155,7 @@ fn per_group(damaged_legs: &[usize], gait: &Gait) -> String {
 
 #[cfg(test)]
 mod tests {
-    use mlr_model::{Morphology, Robot};
+    use mlr_model::{JointTrajectory, Morphology, Motion, Robot};
 
     use super::*;
 
@@ -189,6 +193,14 @@ mod tests {
         assert_eq!(per_group(&[1, 4, 5], &tripod), "A3");
         assert_eq!(per_group(&[1, 2, 3], &tripod), "A1 B2");
         assert_eq!(per_group(&[], &tripod), "healthy");
+        // A joint trajectory says nothing about groups.
+        let joints = JointTrajectory::commanded(&Robot::jethexa(), &tripod, 3.0).unwrap();
+        let rows = Gait {
+            motion: Motion::Joints(joints),
+            ..tripod
+        };
+        assert_eq!(per_group(&[1, 2, 3], &rows), "3");
+        assert_eq!(per_group(&[], &rows), "healthy");
     }
 
     #[test]

@@ -115,6 +115,26 @@ impl Robot {
         &self.legs
     }
 
+    /// Names of all joints, leg by leg from the body outward, as in `leg1_coxa`: letters, digits
+    /// and underscores. Links of a leg that share a name are numbered, as in `leg1_femur_2`.
+    pub fn joint_names(&self) -> Vec<String> {
+        let plain = |name: &str| name.replace(|c: char| !c.is_alphanumeric(), "_");
+        let mut names = Vec::with_capacity(self.layout().total_links());
+        for (leg_number, leg) in (1..).zip(&self.legs) {
+            let of_leg: Vec<String> = leg.links.iter().map(|link| plain(&link.name)).collect();
+            for (number, name) in (1..).zip(&of_leg) {
+                let shared = of_leg.iter().filter(|other| *other == name).count() > 1;
+                let number = if shared {
+                    format!("_{number}")
+                } else {
+                    String::new()
+                };
+                names.push(format!("leg{leg_number}_{name}{number}"));
+            }
+        }
+        names
+    }
+
     /// The number of links of each leg: the shape of its morphology vectors.
     pub fn layout(&self) -> LegLayout {
         LegLayout::new(self.legs.iter().map(|leg| leg.links.len()))

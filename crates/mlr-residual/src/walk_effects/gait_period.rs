@@ -43,8 +43,7 @@ impl WalkEffect for GaitPeriod {
     }
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
-        model.gait.period_s *= 1.0 + values[0];
-        model.gait.ramp_s *= 1.0 + values[0];
+        model.gait.slow_down(1.0 + values[0]);
     }
 
     fn replaces(&self, _: Place) -> Vec<Nuisance> {

@@ -1,7 +1,6 @@
 use std::collections::BTreeMap;
 
-use mlr_model::{Fault, Morphology, Robot, kinematics};
-use nalgebra::Point3;
+use mlr_model::{Fault, JointCommands, Morphology, Robot};
 
 use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
@@ -23,15 +22,12 @@ pub(super) struct StuckJoint;
 const FARTHEST_RAD: f64 = 1.2;
 
 impl StuckJoint {
-    /// The angle of the joint in the stance.
+    /// The angle of the joint in the stance, in which the gait begins.
     fn stance_rad(place: Place, model: &WalkModel) -> f64 {
-        let Some(leg) = model.robot.legs().get(place.leg() - 1) else {
-            return 0.0;
-        };
-        let [x_m, y_m] = leg.nominal_foot_m;
-        let foot = Point3::new(x_m, y_m, -model.gait.body_height_m);
-        let angles_rad = kinematics::inverse(leg, foot).unwrap_or_default();
-        angles_rad.get(place.link() - 1).copied().unwrap_or(0.0)
+        // A gait that the robot cannot follow is refused before it is simulated.
+        JointCommands::new(&model.robot, &model.gait, 0.0).map_or(0.0, |commands| {
+            commands.angle_rad(place.leg() - 1, place.link() - 1, 0.0)
+        })
     }
 }
 
@@ -81,5 +77,42 @@ impl WalkEffect for StuckJoint {
             ("joint", place.link() as f64),
             ("angle_rad", Self::stance_rad(place, model) + values[0]),
         ])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::{Gait, JointTrajectory, Motion, SimulationSettings};
+
+    use super::*;
+
+    #[test]
+    fn the_stance_is_the_first_row_of_a_trajectory_and_else_that_of_the_feet() {
+        let place = Place::Link(2, 1);
+        let tripod = WalkModel::nominal(
+            Robot::jethexa(),
+            Gait::tripod(),
+            SimulationSettings::default(),
+        );
+        let of_feet_rad = StuckJoint::stance_rad(place, &tripod);
+        // The femur is lifted.
+        assert!((0.3..0.9).contains(&of_feet_rad), "{of_feet_rad}");
+
+        let joints = JointTrajectory::commanded(&tripod.robot, &tripod.gait, 1.0).unwrap();
+        let mut rows_rad = joints.rows_rad().to_vec();
+        let mut on_rows = tripod.clone();
+        let mut stance_of = |rows_rad: &[Vec<f64>]| {
+            let joints = JointTrajectory::new(0.02, rows_rad.to_vec(), None).unwrap();
+            on_rows.gait.motion = Motion::Joints(joints);
+            let reported = StuckJoint.report(place, &[0.1], &on_rows);
+            reported["angle_rad"] - 0.1
+        };
+        assert!((stance_of(&rows_rad) - of_feet_rad).abs() < 1e-12);
+        // The control: another first row is another stance, another second one is not.
+        let femur = 3 * (place.leg() - 1) + place.link() - 1;
+        rows_rad[1][femur] += 0.2;
+        assert!((stance_of(&rows_rad) - of_feet_rad).abs() < 1e-12);
+        rows_rad[0][femur] += 0.2;
+        assert!((stance_of(&rows_rad) - of_feet_rad - 0.2).abs() < 1e-12);
     }
 }

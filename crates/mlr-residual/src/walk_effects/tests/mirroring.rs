@@ -41,8 +41,7 @@ impl Mirror {
     fn model() -> WalkModel {
         let mut model = described();
         let period_s = 2.0 * HALF as f64 * WalkRecord::PERIOD_S;
-        model.gait.period_s = period_s;
-        model.gait.ramp_s = period_s;
+        model.gait.slow_down(period_s / model.gait.period_s);
         model
     }
 

@@ -1,5 +1,7 @@
 //! When things happen.
 
+use mlr_model::{JointTrajectory, Motion};
+
 use super::*;
 
 /// How much later than `before` the roll of `after` has the same course over a second of the walk.
@@ -51,6 +53,28 @@ fn a_longer_period_slows_the_gait_more_and_more_and_a_shorter_one_hastens_it() {
             "{lags_s:?}"
         );
     }
+}
+
+#[test]
+fn a_longer_period_slows_a_trajectory_as_it_slows_the_gait_of_feet() {
+    let walks = Walks::lasting(6.0);
+    let on_rows = || {
+        let mut model = turning();
+        let joints = JointTrajectory::commanded(&model.robot, &model.gait, 6.0).unwrap();
+        model.gait.motion = Motion::Joints(joints);
+        model
+    };
+    let roll = |model| walks.of(&model).roll;
+    let slower = |model| changed(model, "gait_period", Place::Robot, &[0.04]);
+    let samples = walks.at(1.0)..walks.at(5.5);
+    let apart_deg = |a: &[f64], b: &[f64]| {
+        let squares = samples.clone().map(|index| (a[index] - b[index]).powi(2));
+        mean(&squares.collect::<Vec<_>>()).sqrt()
+    };
+    let rows_deg = apart_deg(&roll(slower(on_rows())), &roll(slower(turning())));
+    let slowed_deg = apart_deg(&roll(slower(turning())), &roll(turning()));
+    assert!(rows_deg < 0.1 * slowed_deg, "{rows_deg} {slowed_deg}");
+    assert!(apart_deg(&roll(on_rows()), &roll(turning())) < 1e-9);
 }
 
 #[test]
