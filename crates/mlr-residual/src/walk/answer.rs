@@ -123,7 +123,7 @@ impl<'a> Answer<'a, '_> {
             .filter(|one| !one.unknown)
             .filter_map(|one| Some((one, one.fit()?)));
         let (best, fit) = fitted.clone().next().ok_or(WalkError::Diverged)?;
-        let bare = fitted.find(|(one, _)| one.walker.hypothesis.effects.is_empty());
+        let bare = fitted.find(|(one, _)| one.walker.hypothesis.is_bare());
         let (bare, _) = bare.unwrap_or((best, fit));
         let error_before = self.errors_as_described(bare)?;
         let (error_calibrated, residual_before) = self.errors_of(bare)?;

@@ -21,6 +21,11 @@ pub(crate) struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// Whether it has no effects.
+    pub(crate) fn is_bare(&self) -> bool {
+        self.effects.is_empty()
+    }
+
     /// Whether it says the same, whatever the order of its effects.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let has_all = self.effects.iter().all(|one| other.effects.contains(one));

@@ -104,7 +104,7 @@ pub(super) fn posterior<'a>(
             outcomes.push((Outcome::fitted(judged), ln_weight));
         }
     }
-    let has_no_effect = |one: &Outcome<'a>| one.walker.hypothesis.effects.is_empty();
+    let has_no_effect = |one: &Outcome<'a>| one.walker.hypothesis.is_bare();
     let bare = outcomes.iter().position(|(one, _)| has_no_effect(one));
     let top = 0..outcomes.len().min(WITH_UNKNOWN);
     let bare = bare.filter(|index| !top.contains(index));

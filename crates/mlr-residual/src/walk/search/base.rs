@@ -1,7 +1,7 @@
 //! A robot without effects, and how sensitive its walk is.
 
 use mlr_model::{LostLinks, Morphology};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::walk::{
     NuisancePrior, Observation, WalkModel,
@@ -49,21 +49,33 @@ impl<'a> Base<'a> {
         ln_prior: f64,
         only_leg: Option<usize>,
     ) -> Option<Self> {
-        let hypothesis = Hypothesis {
+        let walker = setting.walker(Hypothesis {
             morphology: morphology.clone(),
             lost_links,
             effects: Vec::new(),
-        };
-        let walker = setting.walker(hypothesis);
-        let described = walker.walk(walker.described(&[]))?;
-        let jacobian = walker.jacobian(&described);
+        });
+        let described = walker.described(&[]);
+        Self::begun(&walker, setting, described, FIRST_STEPS, ln_prior, only_leg)
+    }
+
+    /// The robot of `walker`, so many steps on from these parameters.
+    fn begun(
+        walker: &Walker<'a>,
+        setting: Setting<'a>,
+        z: DVector<f64>,
+        steps: usize,
+        ln_prior: f64,
+        only_leg: Option<usize>,
+    ) -> Option<Self> {
+        let walked = walker.walk(z)?;
+        let jacobian = walker.jacobian(&walked);
         let whitening = walker.whitening(&jacobian)?;
-        let fit = walker.advanced(described, jacobian, &whitening, FIRST_STEPS);
+        let fit = walker.advanced(walked, jacobian, &whitening, steps);
         Some(Self {
             whitened_jacobian: whitening.apply(&fit.jacobian),
             setting,
-            morphology: morphology.clone(),
-            lost_links,
+            morphology: walker.hypothesis.morphology.clone(),
+            lost_links: walker.hypothesis.lost_links,
             ln_prior,
             only_leg,
             reference: fit.walked,
@@ -91,19 +103,15 @@ impl<'a> Base<'a> {
     /// The same robot over another stretch of the walk, begun from these parameters.
     pub(crate) fn continued(&self, setting: Setting<'a>) -> Option<Self> {
         let walker = setting.walker(self.with(Vec::new()).hypothesis);
-        let walked = walker.walk(self.reference.z.clone())?;
-        let jacobian = walker.jacobian(&walked);
-        let whitening = walker.whitening(&jacobian)?;
-        let fit = walker.advanced(walked, jacobian, &whitening, REFERENCE_STEPS);
-        Some(Self {
-            whitened_jacobian: whitening.apply(&fit.jacobian),
+        let z = self.reference.z.clone();
+        Self::begun(
+            &walker,
             setting,
-            morphology: self.morphology.clone(),
-            reference: fit.walked,
-            jacobian: fit.jacobian,
-            whitening,
-            ..*self
-        })
+            z,
+            REFERENCE_STEPS,
+            self.ln_prior,
+            self.only_leg,
+        )
     }
 
     /// Its fit as that of the hypothesis of `walker`, which has no effects.

@@ -38,9 +38,7 @@ impl<'a> Search<'a, '_> {
         let extended = ranked.iter().filter(|one| {
             (1..self.effort.most_effects).contains(&one.walker.hypothesis.effects.len())
         });
-        let bare = ranked
-            .iter()
-            .filter(|one| one.walker.hypothesis.effects.is_empty());
+        let bare = ranked.iter().filter(|one| one.walker.hypothesis.is_bare());
         for judged in bare.chain(extended.take(self.effort.extended)) {
             let on = screened
                 .iter()

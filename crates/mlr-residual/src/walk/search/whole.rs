@@ -24,7 +24,7 @@ const ENTRANTS: usize = 8;
 impl<'a> Search<'a, '_> {
     /// The likeliest of these, and effects of the sensor beside them, fitted over the whole stretch.
     pub(super) fn over_the_whole_stretch(&self, ranked: &[Judged<'a>]) -> Vec<Judged<'a>> {
-        let is_bare = |judged: &&Judged<'a>| judged.walker.hypothesis.effects.is_empty();
+        let is_bare = |judged: &&Judged<'a>| judged.walker.hypothesis.is_bare();
         let bare = ranked.iter().filter(is_bare).take(BARE);
         let with_effects = likeliest(ranked, MOST).into_iter().map(|k| &ranked[k]);
         let chosen: Vec<&Judged<'a>> = bare.chain(with_effects).collect();
@@ -76,7 +76,7 @@ impl<'a> Search<'a, '_> {
         let mut ranked = self.race(running);
         let best = ranked
             .iter()
-            .find(|judged| !judged.walker.hypothesis.effects.is_empty());
+            .find(|judged| !judged.walker.hypothesis.is_bare());
         let with_fewer = best.map(|best| self.with_fewer_effects(best));
         ranked.extend(with_fewer.into_iter().flatten());
         ranked
