@@ -35,22 +35,16 @@ fn is_explained_by(truth: &Truth, explanation: &WalkExplanation) -> bool {
 }
 
 #[test]
-fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
+fn a_tilted_sensor_is_found_and_a_slope_is_not_ruled_out() {
     let explanation = explained("undeclared-c");
     let truth = &Truth::all()["undeclared-c"];
     assert_eq!(truth.effect.as_deref(), Some("imu_misalignment"));
-    // On a robot that walks straight, a slope tilts the sensor as well: which of both is likelier
-    // hangs on details, and both must be named.
+    assert!(is_explained_by(truth, &explanation), "{:?}", explanation.effects);
     let of = &explanation.effect_probability;
-    assert!(of["imu_misalignment"] > 0.1 && of["slope"] > 0.1, "{of:?}");
+    assert!(of["imu_misalignment"] > 0.5, "{of:?}");
     assert!(of["none"] < 0.05 && of["unknown"] < 0.1, "{of:?}");
-    let is_either = |kind: &str| ["imu_misalignment", "slope"].contains(&kind);
-    let either = explanation.alternatives.iter().filter(|one| {
-        let mut kinds = one.effects.iter().map(|effect| &*effect.kind);
-        kinds.any(is_either)
-    });
-    let together: f64 = either.map(|one| one.probability).sum();
-    assert!(together > 0.9, "{:?}", explanation.alternatives);
+    // On a robot that walks straight, a slope tilts the sensor as well.
+    assert!(of["slope"] > 1e-3, "{of:?}");
 
     let mut tilted = explanation.alternatives.iter().flat_map(|one| &one.effects);
     let tilted = tilted
@@ -62,13 +56,6 @@ fn a_tilted_sensor_is_found_and_what_it_could_be_instead() {
         assert!((found_deg - tilt_deg).abs() < 0.5, "{name} {found_deg}");
         assert!(tilt_deg.abs() > 1.0, "none would be found as well");
     }
-    let effect = &explanation.effects[0];
-    let rivals = effect.rivals.iter().map(|rival| &*rival.kind);
-    let named: Vec<&str> = rivals.chain([&*effect.kind]).collect();
-    assert!(
-        named.contains(&"imu_misalignment") && named.contains(&"slope"),
-        "{named:?}"
-    );
     let (before, after) = (explanation.error_before, explanation.error_after);
     assert!(after.validation_deg < 0.05 * before.validation_deg);
 }

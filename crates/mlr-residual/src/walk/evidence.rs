@@ -204,6 +204,24 @@ impl LinearModel {
 }
 
 impl Walker<'_> {
+    /// The most probable coordinates by a linear model, those of the body's nuisance parameters kept.
+    pub(crate) fn at_kept_body(&self, model: &LinearModel, whitening: &Whitening) -> DVector<f64> {
+        let moves = |k: &usize| *k >= self.nuisances() || self.is_of_sensing(*k);
+        let moving: Vec<usize> = (0..self.dimension()).filter(moves).collect();
+        let own = LinearModel {
+            residual: model.residual.clone(),
+            coordinates: model.coordinates.select_rows(&moving),
+            jacobian: model.jacobian.select_columns(&moving),
+            held: 0,
+        };
+        let (_, found) = own.ln_evidence(whitening);
+        let mut coordinates = model.coordinates.clone();
+        for (k, z) in moving.into_iter().zip(found.iter()) {
+            coordinates[k] = *z;
+        }
+        coordinates
+    }
+
     /// Up to so many steps of Gauss and Newton's method towards the most probable parameters.
     pub(crate) fn advanced(
         &self,

@@ -100,18 +100,11 @@ impl<'a> Base<'a> {
         })
     }
 
-    /// The same robot over another stretch of the walk, begun from these parameters.
-    pub(crate) fn continued(&self, setting: Setting<'a>) -> Option<Self> {
+    /// The same robot at its most probable walk over another stretch, begun from these parameters.
+    pub(crate) fn continued(&self, setting: Setting<'a>, z: DVector<f64>) -> Option<Self> {
         let walker = setting.walker(self.with(Vec::new()).hypothesis);
-        let z = self.reference.z.clone();
-        Self::begun(
-            &walker,
-            setting,
-            z,
-            REFERENCE_STEPS,
-            self.ln_prior,
-            self.only_leg,
-        )
+        let (ln_prior, only_leg) = (self.ln_prior, self.only_leg);
+        Self::begun(&walker, setting, z, REFERENCE_STEPS, ln_prior, only_leg)?.settled()
     }
 
     /// Its fit as that of the hypothesis of `walker`, which has no effects.

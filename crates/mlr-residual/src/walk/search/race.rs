@@ -87,7 +87,11 @@ impl<'a> Search<'a, '_> {
                 body_described[k] = 0.0;
             }
         }
-        let points = vec![near, at_optimum(false), body_described];
+        // A body that already walks like the measured one stays as it is: the walk is no smooth function
+        // of all its parameters.
+        let mut body_kept = walker.at_kept_body(&base.linear(starts, false), &base.whitening);
+        walker.clamp(&mut body_kept);
+        let points = vec![near, at_optimum(false), body_described, body_kept];
         let walked = walker.likelier(points, &base.whitening)?;
         Some(self.begun(base, walker, walked, &base.jacobian))
     }
@@ -96,9 +100,13 @@ impl<'a> Search<'a, '_> {
         let base = &judged.base;
         let walker = base.with_added(&judged.walker, added.placement);
         let linear = base.linear_beside(&walker, &judged.fit, added);
-        let (_, mut z) = linear.ln_evidence(&base.whitening);
-        walker.clamp(&mut z);
-        let walked = walker.walk(z)?;
+        let (_, at_optimum) = linear.ln_evidence(&base.whitening);
+        let body_kept = walker.at_kept_body(&linear, &base.whitening);
+        let points = [at_optimum, body_kept].map(|mut z| {
+            walker.clamp(&mut z);
+            z
+        });
+        let walked = walker.likelier(points.into(), &base.whitening)?;
         Some(self.begun(base, walker, walked, &judged.fit.jacobian))
     }
 

@@ -30,11 +30,18 @@ impl<'a> Search<'a, '_> {
         let chosen: Vec<&Judged<'a>> = bare.chain(with_effects).collect();
         let mut bases: Vec<(Arc<Base<'a>>, Arc<Base<'a>>)> = Vec::new();
         for judged in &chosen {
-            if !bases
+            let is_known = bases
                 .iter()
-                .any(|(early, _)| Arc::ptr_eq(early, &judged.base))
-                && let Some(whole) = judged.base.continued(self.setting)
-            {
+                .any(|(early, _)| Arc::ptr_eq(early, &judged.base));
+            if is_known {
+                continue;
+            }
+            // From where the race left it, if it took part.
+            let raced = ranked
+                .iter()
+                .find(|one| is_bare(one) && Arc::ptr_eq(&one.base, &judged.base));
+            let z = raced.map_or(&judged.base.reference.z, |one| &one.fit.walked.z);
+            if let Some(whole) = judged.base.continued(self.setting, z.clone()) {
                 bases.push((Arc::clone(&judged.base), Arc::new(whole)));
             }
         }
@@ -48,7 +55,16 @@ impl<'a> Search<'a, '_> {
             .filter_map(|judged| {
                 let base = of(&judged.base)?;
                 let walker = base.with(judged.walker.hypothesis.effects.clone());
-                let judged = self.fitted_from(base, walker, judged.fit.walked.z.clone());
+                if judged.walker.hypothesis.is_bare() {
+                    let fit = base.fit(&walker);
+                    self.progress.advance();
+                    return Some(self.judge(base, walker, fit));
+                }
+                let z = &judged.fit.walked.z;
+                // The body as it walked at first with these effects, or all along without them.
+                let values = judged.walker.values(z);
+                let starts = vec![z.clone(), base.beside_reference(&walker, &values)];
+                let judged = self.fitted_from(base, walker, starts);
                 self.progress.advance();
                 judged
             })
@@ -103,7 +119,7 @@ impl<'a> Search<'a, '_> {
                 let nuisances = z.rows(0, walker.nuisances()).clone_owned();
                 let z = nuisances.resize_vertically(walker.dimension(), 0.0);
                 let z = walker.with_values(z, &values);
-                let fitted = self.fitted_from(base, walker, z);
+                let fitted = self.fitted_from(base, walker, vec![z]);
                 self.progress.advance();
                 fitted
             })
@@ -114,9 +130,9 @@ impl<'a> Search<'a, '_> {
         &self,
         base: &Arc<Base<'a>>,
         walker: Walker<'a>,
-        z: DVector<f64>,
+        starts: Vec<DVector<f64>>,
     ) -> Option<Judged<'a>> {
-        let start = walker.walk(z)?;
+        let start = walker.likelier(starts, &base.whitening)?;
         let jacobian = walker.jacobian(&start);
         let fit = walker.advanced(start, jacobian, &base.whitening, LAST_STEPS);
         Some(self.judge(base, walker, fit))
