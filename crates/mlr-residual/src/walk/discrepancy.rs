@@ -449,7 +449,8 @@ mod tests {
             // Whitened errors of roll and pitch that are so many times as large as usual.
             let squares = [2.0 * n * scale * scale, n, 3.0];
             let ln = |unknown: Unknown| {
-                let whitening = observation.whitening(spread, unknown).unwrap();
+                let usual = observation.whitening(spread).unwrap();
+                let whitening = observation.with_unknown(&usual, spread, unknown);
                 whitening.ln_density(squares, observation.len()).0
             };
             ln(Unknown::ANYWHERE[0]) - ln(Unknown::default())

@@ -6,8 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{
-    Nuisance, NuisancePrior, Observation, Prediction, WalkModel,
-    discrepancy::{Spread, Unknown},
+    Nuisance, NuisancePrior, Observation, Prediction, WalkModel, discrepancy::Spread,
     observation::Whitening,
 };
 use crate::walk_effects::{EffectParameter, Place, WalkEffect};
@@ -338,8 +337,7 @@ impl<'a> Walker<'a> {
     /// For errors of a walk with these sensitivities; `None` where their covariance is not positive
     /// definite.
     pub(crate) fn whitening(&self, jacobian: &DMatrix<f64>) -> Option<Whitening> {
-        let spread = self.spread(jacobian);
-        self.observation.whitening(spread, Unknown::default())
+        self.observation.whitening(self.spread(jacobian))
     }
 
     /// Change of the prediction per unit of each coordinate. What makes a walk diverge changes

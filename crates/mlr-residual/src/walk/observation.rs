@@ -179,9 +179,9 @@ impl<'a> Observation<'a> {
         whole
     }
 
-    /// For errors of a walk in which robots of one make spread so far, something unknown among them;
-    /// `None` where their covariance is not positive definite.
-    pub(crate) fn whitening(&self, spread: Spread, unknown: Unknown) -> Option<Whitening> {
+    /// For errors of a walk in which robots of one make spread so far; `None` where their covariance
+    /// is not positive definite.
+    pub(crate) fn whitening(&self, spread: Spread) -> Option<Whitening> {
         let mut ln_determinant = 6.0 * self.rest_rate_dps.ln();
         let mut factor = |axis: usize| -> Option<DMatrix<f64>> {
             let covariance = self.correlations.covariance(axis, spread);
@@ -194,9 +194,22 @@ impl<'a> Observation<'a> {
             factors,
             rest_rate_dps: self.rest_rate_dps,
             ln_determinant,
-            scales: self.correlations.scales(spread, unknown),
+            scales: self.correlations.scales(spread, Unknown::default()),
             power: self.power,
         })
+    }
+
+    /// The same where something unknown may be among the errors.
+    pub(crate) fn with_unknown(
+        &self,
+        whitening: &Whitening,
+        spread: Spread,
+        unknown: Unknown,
+    ) -> Whitening {
+        Whitening {
+            scales: self.correlations.scales(spread, unknown),
+            ..whitening.clone()
+        }
     }
 }
 

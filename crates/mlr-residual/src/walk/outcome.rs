@@ -8,6 +8,7 @@ use super::{
     discrepancy::Unknown,
     evidence::{Fit, ln_evidence},
     hypothesis::{Walked, Walker},
+    observation::Whitening,
     search::{Judged, Searched},
 };
 use crate::Posterior;
@@ -154,12 +155,13 @@ fn ln_gain_of_unknown(
 ) -> Option<f64> {
     let Walked { residual, z, .. } = &fit.walked;
     let spread = walker.spread(&fit.jacobian);
-    let with = |unknown: Unknown| {
-        let whitening = observation.whitening(spread, unknown)?;
-        Some(ln_evidence(&whitening, residual, z, &fit.jacobian).0)
-    };
-    let without = with(Unknown::default())?;
-    let each: Vec<f64> = Unknown::ANYWHERE.into_iter().filter_map(with).collect();
+    let usual = observation.whitening(spread)?;
+    let ln = |whitening: &Whitening| ln_evidence(whitening, residual, z, &fit.jacobian).0;
+    let without = ln(&usual);
+    let anywhere = Unknown::ANYWHERE.into_iter();
+    let each: Vec<f64> = anywhere
+        .map(|unknown| ln(&observation.with_unknown(&usual, spread, unknown)))
+        .collect();
     let greatest = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = each.iter().map(|ln| (ln - greatest).exp()).sum();
     Some(greatest + (sum / Unknown::ANYWHERE.len() as f64).ln() - without)

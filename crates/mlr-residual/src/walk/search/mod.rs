@@ -6,6 +6,7 @@ pub(crate) mod prior;
 mod proposals;
 mod race;
 pub(crate) mod screening;
+mod sharing;
 mod unfitted;
 mod whole;
 

@@ -112,7 +112,7 @@ impl<'a> Search<'a, '_> {
 
     /// A hypothesis where it enters: its first coordinates keep the slopes that are known, the others
     /// take their own.
-    fn begun(
+    pub(super) fn begun(
         &self,
         base: &Arc<Base<'a>>,
         walker: Walker<'a>,
