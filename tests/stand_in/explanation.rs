@@ -75,6 +75,11 @@ fn a_robot_that_lacks_nothing_has_no_effects() {
     );
     assert!(!is_explained_by(&truths["undeclared-c"], &explanation));
     let of = &explanation.effect_probability;
-    // Effects too small to be seen share the rest.
-    assert!(of["none"] > 0.7 && of["unknown"] < 0.1, "{of:?}");
+    // Effects too small to be seen share the rest, no kind of them much.
+    assert!(of["none"] > 0.5 && of["unknown"] < 0.1, "{of:?}");
+    let likeliest = of.iter().filter(|(kind, _)| *kind != "none");
+    assert!(
+        likeliest.map(|(_, p)| *p).fold(0.0, f64::max) < 0.25,
+        "{of:?}"
+    );
 }
