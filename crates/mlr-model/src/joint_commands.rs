@@ -114,7 +114,7 @@ fn whole_ticks(time_s: f64, hold_s: f64) -> usize {
 }
 
 /// Joint angles that bring every foot to its target at gait time `time_s`.
-fn reaching(
+pub(crate) fn reaching(
     robot: &Robot,
     feet: &FootMotion,
     period_s: f64,

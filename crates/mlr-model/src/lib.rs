@@ -47,7 +47,7 @@ mod variation;
 
 pub use error::ModelError;
 pub use fault::Fault;
-pub use gait::{FootMotion, FootTarget, Gait, JointTrajectory, Motion};
+pub use gait::{FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, Motion};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
 pub use robot::{

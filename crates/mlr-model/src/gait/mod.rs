@@ -1,10 +1,12 @@
 //! What the robot is commanded to do.
 
 mod file;
+mod folded_walk;
 mod foot_motion;
 mod joint_trajectory;
 mod joints_csv;
 
+pub use folded_walk::{FoldTiming, FoldedWalk};
 pub use foot_motion::{FootMotion, FootTarget};
 pub use joint_trajectory::JointTrajectory;
 
