@@ -16,8 +16,8 @@ use mlr_residual::{
 use thiserror::Error;
 
 use crate::{
-    AnswerError, ExplainError, ExplainSettings, IdentifySettings, MeasuredWalk, Model, identify,
-    walk_record,
+    AnswerError, ExplainError, ExplainSettings, IdentifySettings, MeasuredWalk, Model,
+    explain::walk_record_up_to, identify,
 };
 
 /// A walk in which nothing should be wrong with the robot.
@@ -131,8 +131,10 @@ pub fn calibrate(
             from_s: Some(measured.start().start_s),
             ..identify_settings.clone()
         };
-        let record = walk_record(walk.recording, walk.gait, &from_the_start);
-        let record = record.map_err(|error| at(error.into()))?;
+        let record = |longest_s: f64| {
+            let record = walk_record_up_to(longest_s, walk.recording, walk.gait, &from_the_start);
+            record.map_err(|error| at(error.into()))
+        };
         let simulation = identify_settings.simulation.clone();
         let nominal = WalkModel::nominal(known.clone(), walk.gait.clone(), simulation);
         if check {
@@ -145,8 +147,14 @@ pub fn calibrate(
                     legs: found.damaged_legs,
                 }));
             }
+            let record = record(WalkRecord::LONGEST_WALK_S)?;
             check_undisturbed(&record, &nominal, explanation, progress).map_err(at)?;
         }
+        // A walk goes on as it began; of a motion that ends, all is looked at.
+        let looked_at_s = walk.gait.duration_s().map_or(0.0, |duration_s| {
+            duration_s.min(WalkRecord::LONGEST_MOTION_S)
+        });
+        let record = record(looked_at_s.max(WalkRecord::LONGEST_WALK_S))?;
         let fitted = calibrate_walk(&record, &nominal, explanation).map_err(|e| at(e.into()))?;
         known = fitted.robot.clone();
         calibrated.push(fitted);

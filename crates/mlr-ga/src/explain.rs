@@ -113,6 +113,7 @@ pub fn explain(
         identify_settings
     };
     let record = record(
+        WalkRecord::LONGEST_WALK_S,
         &measured,
         recording.raw_beside_angles(),
         gait,
@@ -151,13 +152,25 @@ pub fn walk_record(
     gait: &mlr_model::Gait,
     settings: &IdentifySettings,
 ) -> Result<WalkRecord, ExplainError> {
+    walk_record_up_to(WalkRecord::LONGEST_WALK_S, recording, gait, settings)
+}
+
+/// The same where so much of the walk is looked at.
+pub(crate) fn walk_record_up_to(
+    longest_s: f64,
+    recording: &Recording,
+    gait: &mlr_model::Gait,
+    settings: &IdentifySettings,
+) -> Result<WalkRecord, ExplainError> {
     let measured = MeasuredWalk::new(recording, gait, settings)?;
-    record(&measured, recording.raw_beside_angles(), gait, settings)
+    let raw = recording.raw_beside_angles();
+    record(longest_s, &measured, raw, gait, settings)
 }
 
 /// The walk to be explained: dead-reckoned from the raw rates where these are known, the log
 /// shows the robot standing, and both agree; else as recorded.
 fn record(
+    longest_s: f64,
     measured: &MeasuredWalk,
     raw: Option<&RawSeries>,
     gait: &mlr_model::Gait,
@@ -170,7 +183,8 @@ fn record(
         .and_then(|raw| raw.rest_rate_radps(rest_s.start, rest_s.end))
         .map(|rate| [rate.x, rate.y, rate.z].map(f64::to_degrees));
     let record = |recording| {
-        WalkRecord::new(
+        WalkRecord::up_to(
+            longest_s,
             recording,
             start_s,
             settings.walk_start.is_commanded(),

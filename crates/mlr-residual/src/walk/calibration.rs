@@ -25,13 +25,16 @@ pub struct CalibratedRobot {
     /// Errors of the robot as it was described before. Of each, the zero of yaw and the start of the
     /// walk are fitted.
     pub error_before: StretchErrors,
-    /// Errors of the robot as calibrated, on its day.
+    /// Errors of the robot as calibrated on the first stretch, on its day.
     pub error_after: StretchErrors,
 }
 
 /// Fits the robot's own parameters to a walk in which it lacks nothing, and what belongs to the day
 /// with them. What is known of the robot already is the prior; several walks tell more one after the
 /// other.
+///
+/// The first stretch of the walk is fitted for the errors on the rest; from there on, the whole walk is
+/// fitted for the answer.
 ///
 /// # Errors
 /// [`WalkError`] when a setting makes no sense, or the walk cannot be simulated.
@@ -64,12 +67,21 @@ pub fn calibrate_walk(
         let residual_deg = residual_deg(record, &model.observe(&body, record, samples));
         Ok(stretch_errors(record, &residual_deg, Corrected::Heading).0)
     };
-    let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
+    let error_before = errors(&walker.model(&described))?;
+    let error_after = errors(&fit.walked.model)?;
+    let whole = Observation::of_whole(record, &settings.discrepancy, nominal.gait.period_s);
+    let setting = Setting {
+        observation: &whole,
+        ..setting
+    };
+    let base = base.continued(setting).ok_or(WalkError::Diverged)?;
+    let walker = base.with(Vec::new());
+    let posterior = Posterior::new(&walker, &base.fit(&walker), &nuisance, record, settings);
     Ok(CalibratedRobot {
         robot: posterior.applied_to(&nominal.robot)?,
         day: posterior.day(),
-        error_before: errors(&walker.model(&described))?,
-        error_after: errors(&fit.walked.model)?,
+        error_before,
+        error_after,
     })
 }
 
@@ -163,7 +175,7 @@ impl Posterior {
 }
 
 /// A normal distribution after a likelihood whose logarithm has this slope and curvature at a point.
-fn updated(
+pub(super) fn updated(
     before: &Gaussian,
     at: &DVector<f64>,
     slope: &DVector<f64>,

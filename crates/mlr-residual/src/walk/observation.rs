@@ -64,6 +64,15 @@ impl<'a> Observation<'a> {
         Self::of(record, discrepancy, period_s, half)
     }
 
+    /// The same of the whole walk, of which nothing is left to measure errors.
+    pub(crate) fn of_whole(
+        record: &'a WalkRecord,
+        discrepancy: &Discrepancy,
+        period_s: f64,
+    ) -> Self {
+        Self::of(record, discrepancy, period_s, record.walking())
+    }
+
     fn of(
         record: &'a WalkRecord,
         discrepancy: &Discrepancy,

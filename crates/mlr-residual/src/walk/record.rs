@@ -22,8 +22,6 @@ pub struct WalkRecord {
     noise_deg: Axes<f64>,
 }
 
-/// Half of the longest walk that is looked at.
-const LONGEST_S: f64 = 6.0;
 /// Share of the walk that decides between hypotheses. The rest measures their errors, which takes
 /// fewer samples than a decision.
 const FIT_SHARE: f64 = 0.65;
@@ -41,6 +39,10 @@ impl WalkRecord {
     pub const PERIOD_S: f64 = 1.0 / Self::RATE_HZ;
     /// Angles are means over the time between two samples.
     pub(crate) const HALF_WIDTH_S: f64 = 0.5 / Self::RATE_HZ;
+    /// The longest walk that explanations look at.
+    pub const LONGEST_WALK_S: f64 = 12.0;
+    /// The longest motion that ends, of which all is looked at.
+    pub const LONGEST_MOTION_S: f64 = 40.0;
 
     /// Divides a recording whose time stamps increase and whose robot starts to walk at
     /// `start_s`: `start_is_told` where that is when it was commanded to, rather than
@@ -59,11 +61,34 @@ impl WalkRecord {
         from_s: f64,
         rest_rate_dps: Option<[f64; 3]>,
     ) -> Result<Self, WalkError> {
+        let longest_s = Self::LONGEST_WALK_S;
+        Self::up_to(
+            longest_s,
+            recording,
+            start_s,
+            start_is_told,
+            from_s,
+            rest_rate_dps,
+        )
+    }
+
+    /// The same where so much of the walk is looked at.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn up_to(
+        longest_s: f64,
+        recording: &OrientationSeries,
+        start_s: f64,
+        start_is_told: bool,
+        from_s: f64,
+        rest_rate_dps: Option<[f64; 3]>,
+    ) -> Result<Self, WalkError> {
         let ends = recording.times_s().first().zip(recording.times_s().last());
         let (first_s, last_s) = ends.map_or((start_s, start_s), |(first, last)| (*first, *last));
         let from_s = from_s.max(start_s);
         let walked_s = last_s - Self::HALF_WIDTH_S - from_s;
-        let stretch_s = (walked_s / 2.0).min(LONGEST_S);
+        let stretch_s = (walked_s / 2.0).min(longest_s / 2.0);
         if stretch_s < SHORTEST_S {
             return Err(WalkError::TooShort {
                 walked_s,
@@ -150,6 +175,11 @@ impl WalkRecord {
     /// The samples that neither fit nor search sees.
     pub fn unseen(&self) -> Range<usize> {
         self.unseen.clone()
+    }
+
+    /// All samples of the walk.
+    pub(crate) fn walking(&self) -> Range<usize> {
+        self.fit.start..self.unseen.end
     }
 
     /// Mean raw rates while the robot stands, degrees per second about x, y, z.
@@ -303,6 +333,9 @@ pub(crate) mod tests {
     fn a_long_walk_is_cut_and_a_short_one_refused() {
         let long = WalkRecord::new(&recording(60.0), 2.0, false, 2.0, None).unwrap();
         assert!((long.times_s().last().unwrap() - 14.0).abs() < 0.1);
+        let whole = WalkRecord::up_to(30.0, &recording(60.0), 2.0, false, 2.0, None).unwrap();
+        assert!((whole.times_s().last().unwrap() - 32.0).abs() < 0.1);
+        assert_eq!(whole.walking(), whole.fit().start..whole.times_s().len());
         let error = WalkRecord::new(&recording(4.0), 2.0, false, 2.0, None).unwrap_err();
         assert!(error.to_string().contains("2.0 s of the walk"), "{error}");
         assert!(error.is_recordings_fault());
