@@ -64,7 +64,7 @@ pub(crate) fn ln_evidence(
 }
 
 /// Curvature of minus the logarithm of the likelihood.
-fn curvature(
+pub(super) fn curvature(
     whitening: &Whitening,
     whitened_jacobian: &DMatrix<f64>,
     precisions: [f64; GROUPS],

@@ -2,7 +2,7 @@
 
 use mlr_filter::{Axes, OrientationSeries};
 use mlr_model::{
-    Gait, ModelError, Morphology, Outcome, Robot, Servo, SimulationSettings, Simulator,
+    Gait, ModelError, Morphology, Outcome, Robot, Servo, SimulationSettings, Simulator, Trajectory,
 };
 
 use super::{Sensing, WalkRecord};
@@ -57,6 +57,20 @@ impl WalkModel {
         record: &WalkRecord,
         samples: usize,
     ) -> Result<Option<OrientationSeries>, ModelError> {
+        let walked = self.trajectory(morphology, record, samples)?;
+        Ok(walked.map(|trajectory| trajectory.orientation))
+    }
+
+    /// The same with all that the simulation's settings record.
+    ///
+    /// # Errors
+    /// [`ModelError`] when a parameter makes no sense.
+    pub(crate) fn trajectory(
+        &self,
+        morphology: &Morphology,
+        record: &WalkRecord,
+        samples: usize,
+    ) -> Result<Option<Trajectory>, ModelError> {
         let settings = SimulationSettings {
             duration_s: record.walk_s(samples),
             stand_s: STAND_S,
@@ -65,7 +79,7 @@ impl WalkModel {
         let robot = self.robot.clone().with_servo(self.servo)?;
         let simulator = Simulator::new(robot, &self.gait, settings)?.following_heading();
         Ok(match simulator.simulate(morphology) {
-            Outcome::Walked(trajectory) => Some(trajectory.orientation),
+            Outcome::Walked(trajectory) => Some(trajectory),
             Outcome::Diverged { .. } => None,
         })
     }
