@@ -19,7 +19,9 @@ from pathlib import Path
 import numpy as np
 
 import draw
-from robot import LINKS
+from gait import JointFile
+from play import REST_S
+from robot import JETHEXA, LINKS
 from settings import draw_plant
 from walk import record
 
@@ -45,8 +47,10 @@ def robot(seed, index, days, joints=None):
     healthy = dataclasses.replace(of_day(rng, plain, draw_plant(rng, whole)), locked=False, walk_s=HEALTHY_S)
     walks = {"healthy": record(healthy, whole, rng), "day": record(plant, intact, rng)}
     if joints:
-        played = dataclasses.replace(of_day(rng, plain, draw_plant(rng, whole)), locked=False)
-        played.played = joints
+        played = dataclasses.replace(
+            of_day(rng, plain, draw_plant(rng, whole)), locked=False, joints=str(joints),
+            walk_s=JointFile(joints, JETHEXA).length_s + REST_S,
+        )
         walks["motion"] = record(played, whole, rng)
     return walks, draw.truth(intact, plant, found, walks["day"])
 

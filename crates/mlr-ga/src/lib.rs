@@ -52,6 +52,7 @@ mod identify;
 mod model;
 mod objective;
 mod paper_cost;
+mod probe;
 mod recording;
 pub mod scoring;
 pub mod walks;
@@ -79,6 +80,10 @@ pub use identify::{
 pub use model::Model;
 pub use objective::{Fit, LossHypothesis, WalkObjective};
 pub use paper_cost::{PaperCost, PaperFit};
+pub use probe::{
+    CalibrationMotion, ProbeError, ProbeReport, ProbeSettings, ReportedParameter, ReportedSegment,
+    Segment, calibration_motion,
+};
 
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};

@@ -18,6 +18,7 @@ mod model_files;
 mod morphology_choice;
 mod output;
 mod plot;
+mod probe;
 mod progress;
 mod resume;
 mod scored;
@@ -67,6 +68,12 @@ enum Command {
     /// What robots of one make differ by is fitted to the walks, and how surely it is known. Every
     /// other command takes the description that this writes as --robot.
     Calibrate(calibrate::CalibrateOptions),
+    /// Finds the motion that tells most: with --calibrate, about the parameters of a healthy robot.
+    ///
+    /// Legs are folded on command while the others walk. The motion keeps its bounds on every one of
+    /// some robots drawn from what is known of the robot, and has the greatest expected information
+    /// about what they differ by.
+    Probe(probe::ProbeOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
     /// Simulates walks beforehand, for instant answers.
@@ -109,6 +116,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Explain(options) => explain::run(options),
         Command::ExplainSensor(options) => explain_sensor::run(options),
         Command::Calibrate(options) => calibrate::run(options),
+        Command::Probe(options) => probe::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),

@@ -24,6 +24,15 @@ impl Bar {
         Self(ProgressBar::new(0).with_style(style))
     }
 
+    /// A bar over the candidates of a motion.
+    pub(super) fn of_motions() -> Self {
+        let style = ProgressStyle::with_template(
+            "{bar:40} {pos}/{len} motions, {elapsed} elapsed, {eta} to go",
+        )
+        .expect("the template is a constant that a test renders");
+        Self(ProgressBar::new(0).with_style(style))
+    }
+
     /// A bar over a directory of logs.
     pub(super) fn of_logs(logs: usize) -> Self {
         let style = ProgressStyle::with_template(
@@ -78,6 +87,7 @@ mod tests {
         assert_eq!(bar.0.position(), 1);
         let logs = Bar::of_logs(3);
         logs.next_log();
+        mlr_residual::Progress::expect_more(&Bar::of_motions(), 3);
         let steps = Bar::of_steps();
         mlr_residual::Progress::expect_more(&steps, 3);
         assert_eq!(steps.0.length(), Some(3));

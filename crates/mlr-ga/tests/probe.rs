@@ -1,0 +1,62 @@
+//! `probe --calibrate` through the program: what it writes is what other commands take.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod program;
+
+use std::fs;
+
+use mlr_model::{Gait, JointTrajectory, Motion, Robot};
+use program::Folder;
+use serde_json::Value;
+
+#[test]
+fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
+    let folder = Folder::new();
+    let (motion, joints) = (folder.path("calibration.toml"), folder.path("calibration.csv"));
+    let arguments = [
+        "probe", "--calibrate", "-o", &motion, "--joints", &joints, "--max-s", "9", "--json",
+    ];
+    let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
+    assert_eq!(report["schema"], "mlr.probe/1");
+    assert!(report["duration_s"].as_f64().unwrap() <= 9.0);
+    assert_eq!(report["segments"][0]["folded_legs"], Value::Array(Vec::new()));
+    let nats = |key: &str| report[key].as_f64().unwrap();
+    assert!(nats("motion_gain_nats") > nats("walk_gain_nats"));
+    let gait = Gait::from_toml(&fs::read_to_string(&motion).unwrap()).unwrap();
+    let text = fs::read_to_string(&joints).unwrap();
+    let played = JointTrajectory::from_csv(&text, &Robot::jethexa()).unwrap();
+    let Motion::Joints(commanded) = &gait.motion else {
+        panic!("{gait:?}");
+    };
+    assert_eq!(commanded.rows_rad().len(), played.rows_rad().len());
+    // Nothing is overwritten.
+    folder.fails(&arguments, 2, &["calibration.toml"]);
+    // A robot that made the motion is calibrated by it.
+    let log = folder.path("motion.csv");
+    folder.succeeds(&["simulate", "-o", &log, "--gait", &motion, "--walk-s", "9"]);
+    let robot = folder.path("robot.toml");
+    let calibrate = [
+        "calibrate", &log, "--gait", &motion, "--healthy", "--json", "-o", &robot,
+    ];
+    let output = folder.program(&calibrate).output().unwrap();
+    assert!(output.status.success());
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["walks"][0]["gait"], "calibration");
+    assert!(Robot::from_toml(&fs::read_to_string(&robot).unwrap()).is_ok());
+}
+
+#[test]
+fn what_is_asked_for_must_make_sense() {
+    let folder = Folder::new();
+    let motion = folder.path("calibration.toml");
+    let fails = |more: &[&str], message: &[&str]| {
+        let mut arguments = vec!["probe", "-o", &motion];
+        arguments.extend(more);
+        folder.fails(&arguments, 2, message);
+    };
+    fails(&[], &["--calibrate"]);
+    fails(&["--calibrate", "--max-s", "200"], &["--max-s", "200"]);
+    fails(&["--calibrate", "--max-tilt-deg", "-3"], &["--max-tilt-deg", "-3"]);
+    assert!(!fs::exists(&motion).unwrap());
+}
