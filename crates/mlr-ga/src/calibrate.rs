@@ -124,8 +124,8 @@ pub fn calibrate(
     let mut calibrated = Vec::new();
     for (index, walk) in walks.iter().enumerate() {
         let at = |error: CalibrateError| (index, error);
-        // A healthy walk is compared from its start.
-        let measured = MeasuredWalk::new(walk.recording, walk.gait, identify_settings);
+        // A healthy walk is compared from its start, even where folded legs make the robot sway.
+        let measured = MeasuredWalk::from_its_start(walk.recording, walk.gait, identify_settings);
         let measured = measured.map_err(|error| at(error.into()))?;
         let from_the_start = IdentifySettings {
             from_s: Some(measured.start().start_s),

@@ -13,14 +13,28 @@ use serde_json::Value;
 #[test]
 fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
     let folder = Folder::new();
-    let (motion, joints) = (folder.path("calibration.toml"), folder.path("calibration.csv"));
+    let (motion, joints) = (
+        folder.path("calibration.toml"),
+        folder.path("calibration.csv"),
+    );
     let arguments = [
-        "probe", "--calibrate", "-o", &motion, "--joints", &joints, "--max-s", "9", "--json",
+        "probe",
+        "--calibrate",
+        "-o",
+        &motion,
+        "--joints",
+        &joints,
+        "--max-s",
+        "9",
+        "--json",
     ];
     let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
     assert_eq!(report["schema"], "mlr.probe/1");
     assert!(report["duration_s"].as_f64().unwrap() <= 9.0);
-    assert_eq!(report["segments"][0]["folded_legs"], Value::Array(Vec::new()));
+    assert_eq!(
+        report["segments"][0]["folded_legs"],
+        Value::Array(Vec::new())
+    );
     let nats = |key: &str| report[key].as_f64().unwrap();
     assert!(nats("motion_gain_nats") > nats("walk_gain_nats"));
     let gait = Gait::from_toml(&fs::read_to_string(&motion).unwrap()).unwrap();
@@ -37,7 +51,14 @@ fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
     folder.succeeds(&["simulate", "-o", &log, "--gait", &motion, "--walk-s", "9"]);
     let robot = folder.path("robot.toml");
     let calibrate = [
-        "calibrate", &log, "--gait", &motion, "--healthy", "--json", "-o", &robot,
+        "calibrate",
+        &log,
+        "--gait",
+        &motion,
+        "--healthy",
+        "--json",
+        "-o",
+        &robot,
     ];
     let output = folder.program(&calibrate).output().unwrap();
     assert!(output.status.success());
@@ -57,6 +78,9 @@ fn what_is_asked_for_must_make_sense() {
     };
     fails(&[], &["--calibrate"]);
     fails(&["--calibrate", "--max-s", "200"], &["--max-s", "200"]);
-    fails(&["--calibrate", "--max-tilt-deg", "-3"], &["--max-tilt-deg", "-3"]);
+    fails(
+        &["--calibrate", "--max-tilt-deg", "-3"],
+        &["--max-tilt-deg", "-3"],
+    );
     assert!(!fs::exists(&motion).unwrap());
 }

@@ -121,6 +121,33 @@ impl MeasuredWalk {
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, AnswerError> {
+        let begin_s = |recording: &OrientationSeries, start: MotionStart| {
+            let told = settings.from_s;
+            told.or_else(|| struck_in_mid_walk(recording, start, settings))
+        };
+        Self::beginning(recording, gait, settings, begin_s)
+    }
+
+    /// The same where the robot is taken to walk all the time as it began, however it sways.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub(crate) fn from_its_start(
+        recording: &Recording,
+        gait: &Gait,
+        settings: &IdentifySettings,
+    ) -> Result<Self, AnswerError> {
+        Self::beginning(recording, gait, settings, |_, _| None)
+    }
+
+    /// Where the compared stretch begins is found in the recording and its start; at the start if
+    /// nothing else is.
+    fn beginning(
+        recording: &Recording,
+        gait: &Gait,
+        settings: &IdentifySettings,
+        begin_s: impl Fn(&OrientationSeries, MotionStart) -> Option<f64>,
+    ) -> Result<Self, AnswerError> {
         settings.check()?;
         let mut warnings = recording.notes.clone();
         let recording = repair_time_stamps(recording, settings.max_dropped_share, &mut warnings)?;
@@ -136,10 +163,7 @@ impl MeasuredWalk {
             None => MotionStart::find(&recording, &settings.motion)
                 .map_err(|still| blamed_on(quality.spoilt_within(ALL_TIME), still))?,
         };
-        let start_of_window_s = match settings.from_s {
-            Some(from_s) => from_s,
-            None => struck_in_mid_walk(&recording, start, settings).unwrap_or(start.start_s),
-        };
+        let start_of_window_s = begin_s(&recording, start).unwrap_or(start.start_s);
         let since_start_s = start_of_window_s - start.start_s;
         let phase = if !start.stood_before {
             warnings.push(
