@@ -74,7 +74,8 @@ pub fn calibrate_walk(
         observation: &whole,
         ..setting
     };
-    let base = base.continued(setting).ok_or(WalkError::Diverged)?;
+    let found = base.reference.z.clone();
+    let base = base.continued(setting, found).ok_or(WalkError::Diverged)?;
     let walker = base.with(Vec::new());
     let posterior = Posterior::new(&walker, &base.fit(&walker), &nuisance, record, settings);
     Ok(CalibratedRobot {
