@@ -41,13 +41,16 @@ def truth(entry):
     return {name: value for name, value in values.items() if not CHANGED_BY.get(name, set()) & kinds}
 
 
-def calibrated(program, logs, gaits):
-    """The parameters that `mlr-ga calibrate` reports, by name."""
-    with tempfile.TemporaryDirectory() as folder:
-        command = [program, "calibrate", *logs, "--healthy", "--json", "--threads", "1", "-o", f"{folder}/robot.toml"]
+def calibrated(program, logs, gaits, robot):
+    """The parameters that `mlr-ga calibrate` reports, by name. What an earlier call left in `robot` is taken as it is."""
+    kept = robot.with_suffix(".json")
+    if not kept.exists():
+        robot.unlink(missing_ok=True)
+        command = [program, "calibrate", *logs, "--healthy", "--json", "--threads", "1", "-o", str(robot)]
         command += [part for gait in gaits for part in ("--gait", gait)]
-        report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    return {one["name"]: one for one in report["parameters"]}, report["walks"][-1]
+        kept.write_text(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    report = json.loads(kept.read_text())
+    return {one["name"]: one for one in report["parameters"]}, report["walks"][0]
 
 
 def main():
@@ -56,16 +59,21 @@ def main():
     parser.add_argument("--program", default="mlr-ga")
     parser.add_argument("--motion", metavar="GAIT", help="calibrate by robot-III-motion too, which is this gait")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("-o", "--output", type=Path, help="keep each robot-III.toml, and its report, in this directory")
     args = parser.parse_args()
     truths = json.loads((args.directory / "truth.json").read_text())
     names = [name.removesuffix("-day") for name in truths]
     kinds = ["healthy", "motion"] if args.motion else ["healthy"]
     gaits = ["tripod", args.motion] if args.motion else []
 
-    def run(name):
-        return calibrated(args.program, [str(args.directory / f"{name}-{kind}.csv.gz") for kind in kinds], gaits)
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        robots = args.output or Path(folder)
+        robots.mkdir(parents=True, exist_ok=True)
 
-    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        def run(name):
+            logs = [str(args.directory / f"{name}-{kind}.csv.gz") for kind in kinds]
+            return calibrated(args.program, logs, gaits, robots / f"{name}.toml")
+
         found = list(pool.map(run, names))
     errors, walks = {}, np.array([
         [walk[when]["validation_axes_deg"] for when in ("error_before", "error_after")] for _, walk in found
