@@ -50,7 +50,7 @@ def calibrated(program, logs, gaits, robot):
         command += [part for gait in gaits for part in ("--gait", gait)]
         kept.write_text(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     report = json.loads(kept.read_text())
-    return {one["name"]: one for one in report["parameters"]}, report["walks"][0]
+    return {one["name"]: one for one in report["parameters"]}, report["walks"][-1]
 
 
 def main():

@@ -124,7 +124,7 @@ fn table(report: &ProbeReport, options: &ProbeOptions) -> String {
     table.line(
         "information",
         format!(
-            "{:.1} nats, a healthy walk of 20 s {:.1} nats; means over {} robots of the make",
+            "{:.1} nats, a plain walk {:.1} nats; means over {} robots of the make",
             report.motion_gain_nats, report.walk_gain_nats, report.robots
         ),
     );
