@@ -183,11 +183,12 @@ def learned(pool, sweeps):
 
 # Chosen, not learned from these walks: with it, the intervals of 25 calibrated robots hold the plant's values (owned.py).
 PHYSICAL_POWER = 0.01
+ENGINE_BIAS = 1.2
 
 
 def table(p, power):
     lines = [f"# Learned by tools/plant/discrepancy.py from {len(walks)} walks of robots that lack nothing.", f"power = {power}",
-             f"physical_power = {PHYSICAL_POWER}"]
+             f"physical_power = {PHYSICAL_POWER}", f"engine_bias = {ENGINE_BIAS}"]
     lines += [f"largest_spread_deg = {p['all.largest_spread_deg']:.4g}", "rest_rate_dps = 0.03"]
     lines += ["", "[turning]"]
     lines += [f"{name} = {p[f'turning.{name}']:.4g}" for name in ("base_dps", "share", "spread_share")]

@@ -123,13 +123,10 @@ impl Posterior {
         let discrepancy = &settings.discrepancy;
         let share = discrepancy.physical_power / discrepancy.power;
         let before = prior.physical(&nuisances, record, walker.nominal());
+        let left = left_by_the_engine(&nuisances, discrepancy.engine_bias, &(share * &curvature));
+        let (slope, curvature) = (share * &left * slope, share * &left * curvature);
         Self {
-            physical: updated(
-                &before,
-                &effective.mean,
-                &(share * slope),
-                &(share * curvature),
-            ),
+            physical: updated(&before, &effective.mean, &slope, &curvature),
             units: nuisances.iter().map(unit).collect(),
             nuisances,
             effective,
@@ -175,6 +172,31 @@ impl Posterior {
     }
 }
 
+/// What slope and curvature of a likelihood, in standard deviations of the make, are multiplied with
+/// because an engine walks like the robot with a body that is off by `engine_bias`: a measurement of
+/// precision Λ whose error has the covariance B besides has the precision (I + Λ B)⁻¹ Λ.
+pub(super) fn left_by_the_engine(
+    nuisances: &[Nuisance],
+    engine_bias: f64,
+    curvature: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let bias = nuisances
+        .iter()
+        .map(|nuisance| match nuisance.is_of_sensing() {
+            true => 0.0,
+            false => engine_bias,
+        });
+    let bias = DMatrix::from_diagonal(&DVector::from_iterator(nuisances.len(), bias));
+    let n = nuisances.len();
+    let identity = DMatrix::identity(n, n);
+    let symmetric = &identity + &bias * curvature * &bias;
+    match symmetric.cholesky() {
+        // Woodbury: a symmetric matrix to invert.
+        Some(factors) => identity - curvature * &bias * factors.inverse() * bias,
+        None => identity,
+    }
+}
+
 /// A normal distribution after a likelihood whose logarithm has this slope and curvature at a point.
 pub(super) fn updated(
     before: &Gaussian,
@@ -202,6 +224,29 @@ pub(super) fn updated(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_engine_that_errs_leaves_less_to_learn_of_a_body_and_all_of_a_sensor() {
+        let nuisances = [
+            Nuisance::Stiffness,
+            Nuisance::Damping,
+            Nuisance::Misalignment(0),
+        ];
+        let h = DMatrix::from_row_slice(3, 3, &[5.0, 1.0, 0.5, 0.0, 3.0, 1.0, 0.0, 0.0, 4.0]);
+        let curvature = h.tr_mul(&h);
+        let told = |bias: f64| left_by_the_engine(&nuisances, bias, &curvature) * &curvature;
+        assert!((told(0.0) - &curvature).amax() < 1e-12);
+        // Variances add: of the measurement, and of the engine's body.
+        let mut variance = curvature.clone().try_inverse().unwrap();
+        for k in 0..2 {
+            variance[(k, k)] += 1.2 * 1.2;
+        }
+        let expected = variance.try_inverse().unwrap();
+        assert!((told(1.2) - &expected).amax() < 1e-9);
+        let alone = &curvature;
+        assert!(expected[(0, 0)] < 1.0 / 1.44 && alone[(0, 0)] > 20.0);
+        assert!(expected[(2, 2)] > 10.0);
+    }
 
     /// A measurement of two numbers, of which one is known well before, by their sum.
     #[test]

@@ -38,6 +38,9 @@ pub struct Discrepancy {
     /// this model walks like it: what the engine gets wrong of one robot on every day passes for
     /// parameters.
     pub physical_power: f64,
+    /// How far off the body of a robot is that an engine makes walk like a given one, in standard
+    /// deviations of the make: more walks of one kind do not tell it.
+    pub engine_bias: f64,
 }
 
 /// Standard deviations of the parts of one axis.
@@ -141,6 +144,7 @@ impl Discrepancy {
         check("largest_spread_deg", spread_deg, 1e-3..=1e3, "degrees")?;
         check("power", self.power, 1e-3..=1.0, "")?;
         check("physical_power", self.physical_power, 1e-6..=1.0, "")?;
+        check("engine_bias", self.engine_bias, 0.0..=100.0, "")?;
         check("rest_rate_dps", self.rest_rate_dps, 1e-6..=1e3, "°/s")
     }
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{
     EvidenceSettings, Nuisance, NuisancePrior, Observation, WalkError, WalkModel, WalkRecord,
-    calibration::updated,
+    calibration::{left_by_the_engine, updated},
     evidence::curvature,
     hypothesis::{Hypothesis, Walker},
 };
@@ -66,6 +66,7 @@ pub struct Information {
     nuisances: Vec<Nuisance>,
     before: DMatrix<f64>,
     curvature: DMatrix<f64>,
+    engine_bias: f64,
 }
 
 /// How long the robot of a synthetic record stands.
@@ -195,6 +196,7 @@ impl<'a> Ensemble<'a> {
             nuisances,
             before: before.covariance,
             curvature,
+            engine_bias: discrepancy.engine_bias,
         })
     }
 
@@ -283,7 +285,8 @@ impl Information {
             covariance: self.before.clone(),
         };
         let zero = DVector::zeros(n);
-        updated(&before, &zero, &zero, &self.curvature).covariance
+        let left = left_by_the_engine(&self.nuisances, self.engine_bias, &self.curvature);
+        updated(&before, &zero, &zero, &(left * &self.curvature)).covariance
     }
 }
 
