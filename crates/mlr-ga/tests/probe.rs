@@ -44,8 +44,14 @@ fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
         panic!("{gait:?}");
     };
     assert_eq!(commanded.rows_rad().len(), played.rows_rad().len());
-    // Nothing is overwritten.
-    folder.fails(&arguments, 2, &["calibration.toml"]);
+    // A file of somebody else's stays as it is.
+    let others = folder.write("others.toml", "mine");
+    folder.fails(
+        &["probe", "--calibrate", "-o", &others],
+        2,
+        &["others.toml"],
+    );
+    assert_eq!(fs::read_to_string(&others).unwrap(), "mine");
     // A robot that made the motion is calibrated by it.
     let log = folder.path("motion.csv");
     folder.succeeds(&["simulate", "-o", &log, "--gait", &motion, "--walk-s", "9"]);

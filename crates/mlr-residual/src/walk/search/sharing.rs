@@ -10,12 +10,12 @@ impl<'a> Search<'a, '_> {
     /// Each of these begun again from the parameters that the likeliest on the same robot has, where that
     /// leads further: a walk is no smooth function of all its parameters, and what one search has
     /// found by chance is no reason to believe its hypothesis.
-    pub(super) fn with_shared_parameters(&self, running: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
+    pub(super) fn with_shared_parameters(&self, running: &[Judged<'a>]) -> Vec<Judged<'a>> {
         self.progress.expect_more(running.len());
         running
             .par_iter()
             .map(|one| {
-                let again = self.begun_like(one, &running);
+                let again = self.begun_like(one, running);
                 self.progress.advance();
                 again.unwrap_or_else(|| one.clone())
             })

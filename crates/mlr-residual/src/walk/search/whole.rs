@@ -89,14 +89,14 @@ impl<'a> Search<'a, '_> {
         }
         sort(&mut proposals);
         running.extend(self.entrants(&screened, &running, proposals, ENTRANTS));
-        let running = self.with_shared_parameters(running);
+        let running = self.with_shared_parameters(&running);
         let mut ranked = self.race(running);
         let best = ranked
             .iter()
             .find(|judged| !judged.walker.hypothesis.is_bare());
         let with_fewer = best.map(|best| self.with_fewer_effects(best));
         ranked.extend(with_fewer.into_iter().flatten());
-        self.with_shared_parameters(ranked)
+        self.with_shared_parameters(&ranked)
     }
 
     /// A hypothesis without all of its effects, and without one of several, begun from the parameters
