@@ -124,22 +124,23 @@ pub fn calibrate(
     let mut calibrated = Vec::new();
     for (index, walk) in walks.iter().enumerate() {
         let at = |error: CalibrateError| (index, error);
-        // A healthy walk is compared from its start, even where folded legs make the robot sway.
+        // A healthy walk is compared from its start, however folded legs make the robot sway, unless the
+        // settings name a stretch of it.
         let measured = MeasuredWalk::from_its_start(walk.recording, walk.gait, identify_settings);
         let measured = measured.map_err(|error| at(error.into()))?;
-        let from_the_start = IdentifySettings {
-            from_s: Some(measured.start().start_s),
+        let of_the_stretch = IdentifySettings {
+            from_s: identify_settings.from_s.or(Some(measured.start().start_s)),
             ..identify_settings.clone()
         };
         let record = |longest_s: f64| {
-            let record = walk_record_up_to(longest_s, walk.recording, walk.gait, &from_the_start);
+            let record = walk_record_up_to(longest_s, walk.recording, walk.gait, &of_the_stretch);
             record.map_err(|error| at(error.into()))
         };
         let simulation = identify_settings.simulation.clone();
         let nominal = WalkModel::nominal(known.clone(), walk.gait.clone(), simulation);
         if check {
             let model = Model::new(&known, walk.gait);
-            let found = identify(walk.recording, model, &from_the_start, progress);
+            let found = identify(walk.recording, model, &of_the_stretch, progress);
             let found = found.map_err(|error| at(error.into()))?;
             if !found.damaged_legs.is_empty() {
                 return Err(at(CalibrateError::Damaged {

@@ -195,6 +195,8 @@ sections![
     threads,
     seed,
     explain,
+    learn,
+    learning,
     robot,
     gait,
     status_every_s,

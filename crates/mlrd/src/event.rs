@@ -2,11 +2,14 @@
 
 use std::{path::PathBuf, time::SystemTime};
 
-use mlr_ga::{ExplanationReport, IdentificationReport};
+use mlr_ga::{CalibrationReport, ExplanationReport, IdentificationReport};
 use mlr_residual::walk::Sensing;
 use serde::Serialize;
 
-use crate::saved_state::KnownMorphology;
+use crate::{
+    learning::{KnownCalibration, Wear},
+    saved_state::KnownMorphology,
+};
 
 /// One line. `t_s` counts from the first sample.
 #[derive(Debug, Serialize)]
@@ -48,6 +51,9 @@ pub enum Kind {
         /// What was last identified, before this start.
         #[serde(skip_serializing_if = "Option::is_none")]
         last_known: Option<KnownMorphology>,
+        /// What was learned of the robot before this start.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        calibration: Option<KnownCalibration>,
     },
     /// The port delivers bytes.
     PortOpened {
@@ -107,6 +113,18 @@ pub enum Kind {
     Explained {
         /// As `mlr-ga explain` reports it.
         result: Box<ExplanationReport>,
+    },
+    /// A healthy walk told more of the robot: identifications and explanations use it from now on.
+    Calibrated {
+        /// As `mlr-ga calibrate` reports it.
+        result: Box<CalibrationReport>,
+        /// Stretches of healthy walk that went into it.
+        walks: u32,
+        /// By how much it predicts another walk better than what was known before: logarithm of the
+        /// evidence.
+        gain_nats: f64,
+        /// What has drifted since the robot was first known.
+        wear: Vec<Wear>,
     },
     /// An explanation found the sensor at fault: recordings are corrected from now on.
     SensorCorrected {
@@ -174,6 +192,7 @@ impl Kind {
             Self::Status(status) if status.silent_s > SILENT_S => Level::Stale,
             Self::Status(status) if status.fault.is_some() => Level::Error,
             Self::DamageDetected { .. } | Self::Warning { .. } => Level::Warn,
+            Self::Calibrated { wear, .. } if !wear.is_empty() => Level::Warn,
             Self::Unidentified { .. } | Self::LineFault { .. } | Self::SensorFault { .. } => {
                 Level::Error
             }

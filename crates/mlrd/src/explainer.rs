@@ -1,21 +1,13 @@
-//! Explains when nothing else is to be done.
+//! From a walk to its explanation.
 
-use std::{
-    sync::{
-        Arc,
-        mpsc::{self, Receiver, Sender},
-    },
-    thread,
-    time::Instant,
-};
+use std::time::Instant;
 
 use mlr_ga::{ExplainError, ExplainSettings, ExplanationReport, IdentifySettings, explain};
+use mlr_model::Robot;
 use mlr_residual::walk::{EvidenceSettings, Sensing};
 
 use crate::{
-    monitor::{Request, RequestNumber},
-    output::Messages,
-    priority,
+    monitor::{Request, RequestNumber, WalkStretch},
     robot_model::RobotModel,
 };
 
@@ -30,110 +22,55 @@ pub struct Explained {
     pub corrected: Sensing,
 }
 
-/// Explains walks one after the other, on one thread of the lowest priority.
-pub struct Explainer {
-    requests: Sender<(Request, Sensing)>,
-}
-
-/// What explains.
-struct Bench {
-    pool: rayon::ThreadPool,
-    known: Arc<RobotModel>,
-    explanation: EvidenceSettings,
-}
-
-impl Explainer {
-    /// An explainer that answers to `done`.
-    ///
-    /// # Errors
-    /// When no thread is to be had.
-    pub fn new(
-        known: Arc<RobotModel>,
-        explanation: EvidenceSettings,
-        messages: Messages,
-        done: Sender<Explained>,
-    ) -> anyhow::Result<Self> {
-        let bench = Bench {
-            // Everything parallel within an explanation stays in this pool.
-            pool: rayon::ThreadPoolBuilder::new()
-                .num_threads(1)
-                .thread_name(|index| format!("explain-{index}"))
-                .start_handler(move |_| {
-                    // An explanation at ordinary priority is better than none.
-                    if let Err(error) = priority::lower_this_thread() {
-                        messages.say(&format!("explanations at ordinary priority: {error}"));
-                    }
-                })
-                .build()?,
-            known,
-            explanation,
-        };
-        let (requests, to_explain) = mpsc::channel();
-        thread::Builder::new()
-            .name("explain".into())
-            .spawn(move || bench.serve(&to_explain, &done))?;
-        Ok(Self { requests })
-    }
-
-    /// Asks for an explanation of what this sensor recorded; the answer comes when it is
-    /// done, or never where a later walk was asked about before its turn came. Whether
-    /// there is anybody to ask.
-    #[must_use]
-    pub fn explain(&self, request: Request, sensing: Sensing) -> bool {
-        self.requests.send((request, sensing)).is_ok()
+/// Explains what this sensor recorded on a robot known like this.
+pub(crate) fn explain_request(
+    request: Request,
+    sensing: Sensing,
+    robot: &Robot,
+    known: &RobotModel,
+    settings: &EvidenceSettings,
+) -> Explained {
+    let Request { number, stretch } = request;
+    Explained {
+        number,
+        report: report(&stretch.corrected(&sensing), robot, known, settings),
+        corrected: sensing,
     }
 }
 
-impl Bench {
-    fn serve(&self, to_explain: &Receiver<(Request, Sensing)>, done: &Sender<Explained>) {
-        while let Ok(next) = to_explain.recv() {
-            let (request, corrected) = to_explain.try_iter().last().unwrap_or(next);
-            let number = request.number;
-            let report = self
-                .pool
-                .install(|| self.report(&request.corrected(&corrected)));
-            let explained = Explained {
-                number,
-                report,
-                corrected,
-            };
-            if done.send(explained).is_err() {
-                return;
-            }
-        }
-    }
-
-    fn report(&self, request: &Request) -> Result<ExplanationReport, ExplainError> {
-        let begin = Instant::now();
-        let known = &self.known;
-        let identify = IdentifySettings {
-            walk_start: request.walk_start,
-            from_s: Some(request.from_s),
-            ..known.identification.clone()
-        };
-        let settings = ExplainSettings {
-            identify: &identify,
-            explanation: &self.explanation,
-        };
-        let explained = explain(
-            &request.recording.clone().into(),
-            known.model(),
-            settings,
-            &(),
-        )?;
-        Ok(ExplanationReport::new(
-            known.source.clone(),
-            known.identification.seed,
-            explained.explanation,
-            explained.identification.log_quality,
-            begin.elapsed(),
-        ))
-    }
+fn report(
+    stretch: &WalkStretch,
+    robot: &Robot,
+    known: &RobotModel,
+    settings: &EvidenceSettings,
+) -> Result<ExplanationReport, ExplainError> {
+    let begin = Instant::now();
+    let identify = IdentifySettings {
+        walk_start: stretch.walk_start,
+        from_s: Some(stretch.from_s),
+        ..known.identification.clone()
+    };
+    let settings = ExplainSettings {
+        identify: &identify,
+        explanation: settings,
+    };
+    let explained = explain(&stretch.recording, known.model(robot), settings, &())?;
+    Ok(ExplanationReport::new(
+        known.source.clone(),
+        known.identification.seed,
+        explained.explanation,
+        explained.identification.log_quality,
+        begin.elapsed(),
+    ))
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use std::{collections::BTreeMap, time::Duration};
+    use std::{
+        collections::BTreeMap,
+        sync::{Arc, mpsc},
+        time::Duration,
+    };
 
     use mlr_residual::walk::{
         AxisResidual, ByAxis, RemainingResidual, Reported, StretchErrors, StretchesS, TracedEffect,
@@ -146,7 +83,11 @@ pub(crate) mod tests {
     use mlr_model::{Morphology, Robot};
 
     use super::*;
-    use crate::Settings;
+    use crate::{
+        Settings,
+        background::{Background, Done, Job},
+        output::Messages,
+    };
 
     const ERRORS: StretchErrors = StretchErrors {
         fit_deg: 0.5,
@@ -253,30 +194,38 @@ pub(crate) mod tests {
 
     #[test]
     fn every_request_in_turn_is_answered_with_what_was_corrected() {
-        let known = RobotModel::new(&Settings::default(), "imu".into()).unwrap();
+        let known = Arc::new(RobotModel::new(&Settings::default(), "imu".into()).unwrap());
+        let robot = Arc::clone(&known.robot);
         let (send, answers) = mpsc::channel();
         let messages = Messages::to_stderr().unwrap();
         let explanation = EvidenceSettings::default();
-        let explainer = Explainer::new(Arc::new(known), explanation, messages, send).unwrap();
+        let background = Background::new(known, explanation, 0.1, messages, send).unwrap();
         let times_s: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.005).collect();
         // A robot at rest, with a little noise.
         let still: Vec<f64> = (0..1000)
             .map(|i| f64::from(i * 7919 % 1009) * 1e-7)
             .collect();
+        let recording = OrientationSeries::new(times_s, Axes::from_fn(|_| still.clone()));
         let request = Request {
             number: RequestNumber::default(),
-            recording: OrientationSeries::new(times_s, Axes::from_fn(|_| still.clone())).unwrap(),
-            walk_start: WalkStart::FoundInRecording,
-            from_s: 2.0,
+            stretch: WalkStretch {
+                recording: recording.unwrap().into(),
+                walk_start: WalkStart::FoundInRecording,
+                motion_start_s: None,
+                from_s: 2.0,
+            },
         };
         for scale in [1.0, 1.1] {
             let sensing = Sensing {
                 scale,
                 ..Sensing::default()
             };
-            assert!(explainer.explain(request.clone(), sensing));
+            assert!(background.ask(Job::Explain(request.clone(), sensing, Arc::clone(&robot))));
             // Half an hour ends a hang: threads of the lowest priority may be kept waiting.
-            let explained = answers.recv_timeout(Duration::from_secs(1800)).unwrap();
+            let done = answers.recv_timeout(Duration::from_secs(1800)).unwrap();
+            let Done::Explained(explained) = done else {
+                panic!("{done:?}");
+            };
             assert_eq!(explained.corrected, sensing);
             let error = explained.report.unwrap_err();
             assert!(error.to_string().contains("no motion"), "{error}");

@@ -8,16 +8,18 @@
 //! [`source`] reads bytes on a thread of its own and survives whatever happens to the
 //! port; the main thread decodes, stamps, checks and fuses them ([`sensor`], [`attitude`]) and drives
 //! the states of the [`monitor`]; a [`worker`] identifies, so that nothing ever
-//! delays reading. An [`explainer`] beside them, at the lowest priority, finds out what
-//! else is unusual about a damaged walk; what it finds of the sensor is corrected from
-//! then on. Events are JSON lines on stdout ([`event`]), messages for people go to
+//! delays reading. In the [`background`], at the lowest priority, an [`explainer`] finds out what
+//! else is unusual about a damaged walk, and what it finds of the sensor is corrected from
+//! then on; healthy walks are learned from ([`learning`]). Events are JSON lines on stdout ([`event`]), messages for people go to
 //! stderr, both from threads of their own ([`output`]): nothing waits for a reader.
 //! While the sensor has a fault ([`sensor_fault`]) nothing is concluded about the robot.
 //! [`Settings`] is everything that can be chosen.
 
 pub mod attitude;
+pub mod background;
 pub mod event;
 pub mod explainer;
+pub mod learning;
 pub mod line_health;
 pub mod monitor;
 pub mod mounting_check;

@@ -58,6 +58,9 @@ pub struct Options {
     /// Do not explain walks that were identified.
     #[arg(long)]
     no_explain: bool,
+    /// Do not learn the robot's own parameters from healthy walks.
+    #[arg(long)]
+    no_learn: bool,
 }
 
 impl Options {
@@ -89,6 +92,7 @@ impl Options {
             threads,
             seed,
             no_explain,
+            no_learn,
             ..
         } = *self;
         settings.baud = baud.unwrap_or(settings.baud);
@@ -96,6 +100,7 @@ impl Options {
         settings.seed = seed.unwrap_or(settings.seed);
         settings.threads = threads.or(settings.threads);
         settings.explain &= !no_explain;
+        settings.learn &= !no_learn;
         for (option, setting) in [
             (&self.state_dir, &mut settings.state_dir),
             (&self.atlas, &mut settings.atlas),
@@ -132,18 +137,21 @@ mod tests {
         };
         let paper = settings(&["--method", "paper"]);
         assert_eq!(paper.identification, IdentifySettings::of(Method::Paper));
-        assert!(!paper.explains());
+        assert!(!paper.explains() && paper.learning().is_none());
         assert!(settings(&["--method", "mlr"]).explains());
     }
 
     #[test]
-    fn explanations_are_switched_off_by_name() {
+    fn explanations_and_learning_are_switched_off_by_name() {
         let settings = |more: &[&str]| {
             let arguments = ["mlrd", "--port", "/dev/ttyTHS1"].iter().chain(more);
             Options::parse_from(arguments).settings().unwrap()
         };
         assert!(settings(&[]).explain);
         assert!(!settings(&["--no-explain"]).explain);
+        assert!(settings(&["--no-explain"]).learning().is_some());
+        assert!(settings(&["--no-learn"]).learning().is_none());
+        assert!(settings(&["--no-learn"]).explain);
     }
 
     /// What is said of these arguments, by the parser or by the settings.

@@ -3,6 +3,7 @@
 use std::{
     fs,
     io::{self, Write},
+    marker::PhantomData,
     path::{Path, PathBuf},
     time::SystemTime,
 };
@@ -11,7 +12,7 @@ use mlr_ga::Identification;
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::Morphology;
 use mlr_residual::walk::Sensing;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// The last identification and what is known of the sensor, as JSON in one file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -59,18 +60,27 @@ impl KnownMorphology {
     }
 }
 
-/// Where the state is kept.
-#[derive(Debug, Clone)]
-pub struct StateFile {
-    path: PathBuf,
+/// What is kept in a file of its own in the state directory, as JSON.
+pub trait Kept: Default + Serialize + DeserializeOwned {
+    /// Name of the file.
+    const NAME: &'static str;
 }
 
-/// Name of the file in the state directory.
-const NAME: &str = "state.json";
-/// What a file that cannot be read is renamed to.
-const SET_ASIDE: &str = "state.json.unreadable";
+impl Kept for SavedState {
+    const NAME: &'static str = "state.json";
+}
 
-impl StateFile {
+/// Where something is kept.
+#[derive(Debug, Clone)]
+pub struct StateFile<T = SavedState> {
+    path: PathBuf,
+    kept: PhantomData<T>,
+}
+
+/// What the name of a file that cannot be read gets at its end.
+const SET_ASIDE: &str = ".unreadable";
+
+impl<T: Kept> StateFile<T> {
     /// The file in this directory, which is made if need be.
     ///
     /// # Errors
@@ -78,7 +88,8 @@ impl StateFile {
     pub fn new(dir: &Path) -> io::Result<Self> {
         fs::create_dir_all(dir)?;
         Ok(Self {
-            path: dir.join(NAME),
+            path: dir.join(T::NAME),
+            kept: PhantomData,
         })
     }
 
@@ -88,44 +99,59 @@ impl StateFile {
     ///
     /// # Errors
     /// When the file cannot be read, or not be set aside.
-    pub fn load(&self) -> io::Result<(SavedState, Option<String>)> {
+    pub fn load(&self) -> io::Result<(T, Option<String>)> {
         let read = read_text(&self.path, MAX_TEXT_BYTES);
         let broken = match read {
             Ok(text) => match serde_json::from_str(&text) {
-                Ok(state) => return Ok((state, None)),
+                Ok(kept) => return Ok((kept, None)),
                 Err(error) => error.to_string(),
             },
             Err(error) => match error.kind() {
-                io::ErrorKind::NotFound => return Ok((SavedState::default(), None)),
+                io::ErrorKind::NotFound => return Ok((T::default(), None)),
                 io::ErrorKind::FileTooLarge | io::ErrorKind::InvalidData => error.to_string(),
                 _ => return Err(error),
             },
         };
-        let aside = self.path.with_file_name(SET_ASIDE);
-        fs::rename(&self.path, &aside)?;
-        let notice = format!(
-            "{}: {broken}; kept as {}",
-            self.path.display(),
-            aside.display()
-        );
-        Ok((SavedState::default(), Some(notice)))
+        Ok((T::default(), Some(self.set_aside(&broken)?)))
     }
 
-    /// Keeps the state. Whenever power fails, the file holds the old state or the
-    /// new one.
+    /// Renames the file, of which this is wrong; returns what is to be told about it.
+    ///
+    /// # Errors
+    /// When it cannot be renamed.
+    pub fn set_aside(&self, wrong: &str) -> io::Result<String> {
+        let aside = self.path.with_file_name(T::NAME.to_owned() + SET_ASIDE);
+        fs::rename(&self.path, &aside)?;
+        Ok(format!(
+            "{}: {wrong}; kept as {}",
+            self.path.display(),
+            aside.display()
+        ))
+    }
+
+    /// Keeps it. Whenever power fails, the file holds what was kept before or this.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn save(&self, state: &SavedState) -> io::Result<()> {
-        let folder = self.path.parent().unwrap_or(Path::new("."));
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        serde_json::to_writer_pretty(&mut file, state)?;
-        file.write_all(b"\n")?;
-        file.as_file().sync_all()?;
-        file.persist(&self.path)?;
-        // The new name must survive as well.
-        fs::File::open(folder)?.sync_all()
+    pub fn save(&self, kept: &T) -> io::Result<()> {
+        let mut text = serde_json::to_vec_pretty(kept)?;
+        text.push(b'\n');
+        replace(&self.path, &text)
     }
+}
+
+/// Gives a file other contents. Whenever power fails, it has the old ones or these.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(contents)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    // The new name must survive as well.
+    fs::File::open(folder)?.sync_all()
 }
 
 #[cfg(test)]
@@ -156,7 +182,7 @@ mod tests {
     #[test]
     fn what_is_saved_is_loaded() {
         let folder = tempfile::tempdir().unwrap();
-        let file = StateFile::new(&folder.path().join("deep/er")).unwrap();
+        let file = StateFile::<SavedState>::new(&folder.path().join("deep/er")).unwrap();
         assert_eq!(file.load().unwrap(), (SavedState::default(), None));
         file.save(&known()).unwrap();
         file.save(&known()).unwrap();
@@ -168,13 +194,13 @@ mod tests {
     #[test]
     fn a_file_from_before_explanations_is_read() {
         let folder = tempfile::tempdir().unwrap();
-        let file = StateFile::new(folder.path()).unwrap();
+        let file = StateFile::<SavedState>::new(folder.path()).unwrap();
         let text = r#"{
             "schema": "mlr.state/1",
             "last_known": null,
             "gyroscope_bias_radps": [0.01, -0.02, 0.03]
         }"#;
-        fs::write(folder.path().join(NAME), text).unwrap();
+        fs::write(folder.path().join(SavedState::NAME), text).unwrap();
         let (state, notice) = file.load().unwrap();
         assert_eq!(notice, None);
         assert_eq!(state.gyroscope_bias_radps, known().gyroscope_bias_radps);
@@ -184,7 +210,7 @@ mod tests {
     #[test]
     fn a_damaged_file_is_set_aside_and_told() {
         let folder = tempfile::tempdir().unwrap();
-        let file = StateFile::new(folder.path()).unwrap();
+        let file = StateFile::<SavedState>::new(folder.path()).unwrap();
         let endless = vec![b' '; MAX_TEXT_BYTES as usize + 1];
         let texts: [&[u8]; 4] = [
             b"{\"schema\": \"mlr.st",
@@ -193,11 +219,14 @@ mod tests {
             &endless,
         ];
         for text in texts {
-            fs::write(folder.path().join(NAME), text).unwrap();
+            fs::write(folder.path().join(SavedState::NAME), text).unwrap();
             let (state, notice) = file.load().unwrap();
             assert_eq!(state, SavedState::default());
-            assert!(notice.unwrap().contains(NAME));
-            assert_eq!(fs::read(folder.path().join(SET_ASIDE)).unwrap(), text);
+            assert!(notice.unwrap().contains(SavedState::NAME));
+            assert_eq!(
+                fs::read(folder.path().join("state.json.unreadable")).unwrap(),
+                text
+            );
         }
     }
 }

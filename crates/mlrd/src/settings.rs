@@ -15,7 +15,10 @@ use mlr_model::{Gait, JointCommands, Robot};
 use mlr_residual::walk::EvidenceSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::source::{I2cBus, SerialLine, Source};
+use crate::{
+    learning::LearningSettings,
+    source::{I2cBus, SerialLine, Source},
+};
 
 /// The daemon's settings, as in `/etc/mlrd.toml`.
 ///
@@ -49,6 +52,8 @@ pub struct Settings {
     pub seed: u64,
     /// Whether walks that were identified are explained, at the lowest priority.
     pub explain: bool,
+    /// Whether the robot's own parameters are learned from healthy walks, at the lowest priority.
+    pub learn: bool,
     /// Robot description in TOML, instead of the embedded JetHexa.
     pub robot: Option<PathBuf>,
     /// Gait in TOML, instead of the embedded tripod.
@@ -57,6 +62,8 @@ pub struct Settings {
     pub status_every_s: f64,
     /// Recording of what the sensor says.
     pub record: RecordSettings,
+    /// Learning.
+    pub learning: LearningSettings,
     /// Ranges of the MPU6050.
     pub full_scale: FullScale,
     /// How the sensor sits on the body.
@@ -129,10 +136,12 @@ impl Default for Settings {
             threads: None,
             seed: 1,
             explain: true,
+            learn: true,
             robot: None,
             gait: None,
             status_every_s: 10.0,
             record: RecordSettings::default(),
+            learning: LearningSettings::default(),
             full_scale: FullScale::default(),
             mounting: Mounting::default(),
             identification: IdentifySettings::default(),
@@ -173,6 +182,12 @@ impl Settings {
         self.explain && self.identification.method == Method::Mlr
     }
 
+    /// How healthy walks are learned from, if they are: by probabilities as well.
+    pub(crate) fn learning(&self) -> Option<LearningSettings> {
+        let learns = self.learn && self.identification.method == Method::Mlr;
+        learns.then_some(self.learning)
+    }
+
     /// Checks every number and path. Whether there is a sensor is another question: the
     /// command line may name it.
     ///
@@ -204,6 +219,11 @@ impl Settings {
         SettingError::check("seed", self.seed, 0..=LARGEST_SEED, "")?;
         let status_every_s = self.status_every_s;
         SettingError::check("status_every_s", status_every_s, 0.1..=86_400.0, "s")?;
+        let learning = self.learning.check(match self.learn {
+            true => self.identification.window_s,
+            false => 0.0,
+        });
+        learning.map_err(|error| error.under("learning"))?;
         self.record.check().map_err(|error| error.under("record"))
     }
 
@@ -243,22 +263,24 @@ impl Settings {
         }
     }
 
-    /// Robot and gait, which fit together and to the faults of the simulation.
-    pub(crate) fn model(&self) -> anyhow::Result<(Robot, Gait)> {
-        let (robot, gait) = (self.robot()?, self.gait()?);
+    /// The robot's description, robot and gait, which fit together and to the faults of the
+    /// simulation.
+    pub(crate) fn model(&self) -> anyhow::Result<(String, Robot, Gait)> {
+        let ((description, robot), gait) = (self.robot()?, self.gait()?);
         JointCommands::new(&robot, &gait, gait.first_pass_s()).context("robot and gait")?;
         let identification = self.identification.check_on(&robot);
         identification.map_err(|error| error.under("identification"))?;
-        Ok((robot, gait))
+        Ok((description, robot, gait))
     }
 
-    fn robot(&self) -> anyhow::Result<Robot> {
+    fn robot(&self) -> anyhow::Result<(String, Robot)> {
         let Some(path) = &self.robot else {
-            return Ok(Robot::jethexa());
+            return Ok((Robot::JETHEXA_TOML.into(), Robot::jethexa()));
         };
         let name = || path.display().to_string();
         let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
-        Robot::from_toml(&text).with_context(name)
+        let robot = Robot::from_toml(&text).with_context(name)?;
+        Ok((text, robot))
     }
 
     fn gait(&self) -> anyhow::Result<Gait> {

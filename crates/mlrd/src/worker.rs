@@ -8,12 +8,13 @@ use std::{
     time::Instant,
 };
 
-use mlr_ga::{AnswerError, IdentificationReport, IdentifySettings, identify};
+use mlr_ga::{AnswerError, Identification, IdentificationReport, IdentifySettings, identify};
+use mlr_model::Robot;
 use mlr_residual::walk::Sensing;
 
 use crate::{
     Settings,
-    monitor::{Request, RequestNumber},
+    monitor::{Request, RequestNumber, WalkStretch},
     robot_model::RobotModel,
 };
 
@@ -56,12 +57,17 @@ impl Worker {
         })
     }
 
-    /// Begins an identification of what this sensor recorded; the answer comes when it
-    /// is done.
+    /// Begins an identification of what this sensor recorded on a robot known like this; the
+    /// answer comes when it is done.
     ///
     /// # Errors
     /// When no thread is to be had.
-    pub fn identify(worker: &Arc<Self>, request: Request, sensing: Sensing) -> io::Result<()> {
+    pub fn identify(
+        worker: &Arc<Self>,
+        request: Request,
+        sensing: Sensing,
+        robot: Arc<Robot>,
+    ) -> io::Result<()> {
         let worker = Arc::clone(worker);
         thread::Builder::new()
             .name("identify".into())
@@ -69,7 +75,7 @@ impl Worker {
                 let number = request.number;
                 // The daemon waits for an answer, whatever becomes of the thread.
                 let report = panic::catch_unwind(AssertUnwindSafe(|| {
-                    worker.report(request.corrected(&sensing))
+                    worker.report(request.stretch.corrected(&sensing), &robot)
                 }));
                 let report = match report {
                     Ok(report) => report.map_err(anyhow::Error::from),
@@ -81,20 +87,28 @@ impl Worker {
         Ok(())
     }
 
-    fn report(&self, request: Request) -> Result<IdentificationReport, AnswerError> {
+    fn report(
+        &self,
+        stretch: WalkStretch,
+        robot: &Robot,
+    ) -> Result<IdentificationReport, AnswerError> {
         let begin = Instant::now();
         let known = &self.known;
         let settings = IdentifySettings {
-            walk_start: request.walk_start,
-            from_s: Some(request.from_s),
+            walk_start: stretch.walk_start,
+            from_s: Some(stretch.from_s),
             ..known.identification.clone()
         };
         let identification = self
             .pool
-            .install(|| identify(&request.recording.into(), known.model(), &settings, &()))?;
+            .install(|| identify(&stretch.recording, known.model(robot), &settings, &()))?;
         Ok(IdentificationReport::new(
             known.source.clone(),
-            identification,
+            Identification {
+                // The settings may name a later cycle of the gait.
+                motion_start_s: stretch.motion_start_s,
+                ..identification
+            },
             begin.elapsed(),
         ))
     }

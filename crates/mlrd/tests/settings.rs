@@ -16,14 +16,21 @@ fn own_numbers() -> Vec<(Option<&'static str>, String, bool)> {
         ..Settings::default()
     };
     let mut all = Table::try_from(settings).unwrap();
-    let Some(Value::Table(record)) = all.remove("record") else {
-        panic!("recordings have a section");
+    let of_section = |all: &mut Table, name: &'static str| {
+        let Some(Value::Table(section)) = all.remove(name) else {
+            panic!("{name} has a section");
+        };
+        section.into_iter().map(move |entry| (Some(name), entry))
     };
+    let (of_record, of_learning) = (
+        of_section(&mut all, "record"),
+        of_section(&mut all, "learning"),
+    );
     all.retain(|key, _| !SHARED.contains(&key));
     let at_the_top = all.into_iter().map(|entry| (None, entry));
-    let of_record = record.into_iter().map(|entry| (Some("record"), entry));
     at_the_top
         .chain(of_record)
+        .chain(of_learning)
         .filter(|(_, (_, value))| value.is_integer() || value.is_float())
         .map(|(section, (key, value))| (section, key, value.is_integer()))
         .collect()
@@ -40,6 +47,8 @@ fn every_number_is_accepted_with_sense_or_refused_by_name() {
         "i2c_rate_hz",
         "status_every_s",
         "file_mb",
+        "walk_s",
+        "reference_walks",
     ] {
         assert!(keys.contains(&key), "{key} is not among {keys:?}");
     }

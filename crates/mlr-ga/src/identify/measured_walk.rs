@@ -128,7 +128,8 @@ impl MeasuredWalk {
         Self::beginning(recording, gait, settings, begin_s)
     }
 
-    /// The same where the robot is taken to walk all the time as it began, however it sways.
+    /// The same where the robot is taken to walk all the time as it began, however it sways: compared
+    /// from its start, unless the settings name a stretch.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -137,7 +138,7 @@ impl MeasuredWalk {
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, AnswerError> {
-        Self::beginning(recording, gait, settings, |_, _| None)
+        Self::beginning(recording, gait, settings, |_, _| settings.from_s)
     }
 
     /// Where the compared stretch begins is found in the recording and its start; at the start if

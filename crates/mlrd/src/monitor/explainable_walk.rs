@@ -2,9 +2,13 @@
 
 use mlr_ga::WalkStart;
 
-use super::{Request, handed_out::HandedOut, recent::Recent};
+use super::{
+    Request, WalkStretch,
+    handed_out::HandedOut,
+    recent::{Recent, Stretch},
+};
 
-/// A damaged walk from its flag on.
+/// A damaged walk from its flag on, or from its first step where the robot was damaged then.
 #[derive(Debug, Default)]
 pub(super) enum ExplainableWalk {
     /// There is none: no damage, nothing that could be explained, or it is handed out.
@@ -12,19 +16,34 @@ pub(super) enum ExplainableWalk {
     None,
     /// It goes on.
     Growing {
-        /// Time of the flag, or of the last pause in the samples.
+        /// Where it begins: at the first step, at the flag, or at the last pause in the samples.
         from_s: f64,
     },
     /// It is long enough, and waits for the identification to be done.
-    Grown(Request),
+    Grown(Box<Request>),
 }
+
+/// What is known of the walk that an explanation is to begin in.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WalkSeen {
+    /// When it started, where that was seen.
+    pub(super) motion_start_s: Option<f64>,
+    /// When a cycle of its gait began, followed from its start until it was damaged.
+    pub(super) cycle_start_s: Option<f64>,
+}
+
+/// Why a walk cannot be explained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct PhaseUnknown;
 
 /// Windows of identification that an explanation takes: one to fit, one to judge.
 const WINDOWS: f64 = 2.0;
 /// So much standing must be on record: the offsets of the angles at rest come from it.
-const LEAST_STANDING_S: f64 = 1.0;
+pub(super) const LEAST_STANDING_S: f64 = 1.0;
 /// Standing longer ago than this before the walk tells nothing.
-const STANDING_S: f64 = 8.0;
+pub(super) const STANDING_S: f64 = 8.0;
+/// Healthy walk that is handed over with a stretch in mid-walk.
+const HEALTHY_S: f64 = 12.0;
 
 impl ExplainableWalk {
     /// How much orientation must be kept where a stretch takes so long: the stretch,
@@ -48,39 +67,63 @@ impl ExplainableWalk {
         }
     }
 
-    /// Takes the stretch down once it is long enough. It is given up where the start of
-    /// the walk is not on record: without it the phase of the gait would be guessed.
-    pub(super) fn grow(
+    /// Whether the stretch is long enough to be taken down.
+    pub(super) fn is_due(&self, now_s: f64, window_s: f64) -> bool {
+        matches!(self, Self::Growing { from_s } if now_s >= from_s + WINDOWS * window_s)
+    }
+
+    /// Takes the stretch down: with the start of the walk where that is on record, else with the
+    /// cycle of the gait in which it begins.
+    ///
+    /// # Errors
+    /// [`PhaseUnknown`] where neither is known: the phase of the gait would be guessed.
+    pub(super) fn take_down(
         &mut self,
         now_s: f64,
-        window_s: f64,
-        motion_start_s: Option<f64>,
+        seen: WalkSeen,
         recent: &Recent,
         handed_out: &mut HandedOut,
-    ) {
-        let Self::Growing { from_s } = *self else {
-            return;
+    ) -> Result<(), PhaseUnknown> {
+        let Self::Growing { from_s } = std::mem::take(self) else {
+            return Ok(());
         };
-        if now_s < from_s + WINDOWS * window_s {
-            return;
-        }
-        let shown = motion_start_s
-            .filter(|start_s| recent.reaches_back_to(start_s - LEAST_STANDING_S))
-            .and_then(|start_s| Some((start_s, recent.recording(start_s - STANDING_S)?)));
-        *self = shown.map_or(Self::None, |(start_s, recording)| {
-            Self::Grown(Request {
-                number: handed_out.next(now_s),
+        let on_record = |start_s: &f64| recent.reaches_back_to(start_s - LEAST_STANDING_S);
+        let (begin_s, start_s) = match seen.motion_start_s.filter(on_record) {
+            Some(start_s) => (start_s - STANDING_S, start_s),
+            None => {
+                let cycle_s = seen.cycle_start_s.ok_or(PhaseUnknown)?;
+                (from_s - HEALTHY_S, cycle_s)
+            }
+        };
+        let of = match from_s <= start_s {
+            true => Stretch::FromTheStart,
+            false => Stretch::InMidWalk,
+        };
+        let recording = recent.recording(begin_s..=now_s, of).ok_or(PhaseUnknown)?;
+        *self = Self::Grown(Box::new(Request {
+            number: handed_out.next(now_s),
+            stretch: WalkStretch {
                 recording,
                 walk_start: WalkStart::ObservedAtS(start_s),
+                motion_start_s: seen.motion_start_s,
                 from_s,
-            })
-        });
+            },
+        }));
+        Ok(())
+    }
+
+    /// Where it begins, while it goes on.
+    pub(super) fn from_s(&self) -> Option<f64> {
+        match self {
+            Self::Growing { from_s } => Some(*from_s),
+            _ => None,
+        }
     }
 
     /// Hands the stretch out, once.
     pub(super) fn take(&mut self) -> Option<Request> {
         match std::mem::take(self) {
-            Self::Grown(request) => Some(request),
+            Self::Grown(request) => Some(*request),
             other => {
                 *self = other;
                 None

@@ -1,26 +1,32 @@
 //! The states of the daemon, without ports, clocks or threads.
 
+mod cycle_tracker;
 mod explainable_walk;
 mod handed_out;
+mod healthy_walks;
 mod recent;
 mod request;
 mod swings;
 
 pub use handed_out::RequestNumber;
-pub use request::Request;
+pub use request::{Request, WalkStretch};
 
 use mlr_filter::{
     Assessment, Axes, DamageDetector, DetectorSettings, MotionSettings, MotionStart, SettingError,
 };
 use mlr_ga::WalkStart;
+use mlr_model::Gait;
+use mlr_residual::walk::Sensing;
 
 use self::{
-    explainable_walk::ExplainableWalk,
+    cycle_tracker::CycleTracker,
+    explainable_walk::{ExplainableWalk, WalkSeen},
     handed_out::HandedOut,
-    recent::{PAUSE_S, Recent},
+    healthy_walks::HealthyWalks,
+    recent::{PAUSE_S, Recent, Stretch},
     swings::{RecentSwings, differs},
 };
-use crate::{attitude::Attitude, event::Kind};
+use crate::{event::Kind, learning::LearningSettings, sensor::Reading, sensor_correction};
 
 /// Watches a stream of orientations.
 ///
@@ -35,7 +41,9 @@ use crate::{attitude::Attitude, event::Kind};
 /// walk on, and is judged by what comes after the fault.
 ///
 /// Beside these states, a walk that was flagged and identified is to be explained once
-/// it has gone on for two windows of an identification, if its start is on record.
+/// it has gone on for two windows of an identification, if its first step was seen: however long
+/// that is ago, the phase of the gait is followed. While nothing is wrong, stretches of the walk are
+/// offered to learn from.
 pub struct Monitor {
     motion: MotionSettings,
     detector: DamageDetector,
@@ -46,7 +54,12 @@ pub struct Monitor {
     recent: Recent,
     state: State,
     explainable: ExplainableWalk,
+    cycles: CycleTracker,
+    healthy: Option<HealthyWalks>,
     handed_out: HandedOut,
+    persistence_s: f64,
+    /// What is corrected of the orientations that damage is looked for in.
+    sensing: Sensing,
     /// When the walk started, where that was seen.
     motion_start_s: Option<f64>,
     next_check_s: f64,
@@ -81,6 +94,23 @@ pub enum Action {
     Identify(Request),
     /// Explain what was identified, when nothing else is to be done.
     Explain(Request),
+    /// Learn from this healthy walk, when there is time.
+    Learn(Box<WalkStretch>),
+}
+
+/// What a monitor goes by.
+#[derive(Debug, Clone)]
+pub struct MonitorSettings {
+    /// The search for the start of motion.
+    pub motion: MotionSettings,
+    /// The damage detector.
+    pub detector: DetectorSettings,
+    /// What an identification needs.
+    pub window_s: f64,
+    /// The gait that the robot walks.
+    pub gait: Gait,
+    /// Which healthy walk is offered to learn from; none where this is absent.
+    pub learning: Option<LearningSettings>,
 }
 
 /// Seconds of orientation in which the start of a walk is looked for.
@@ -89,34 +119,52 @@ const SEARCH_S: f64 = 15.0;
 const CHECK_S: f64 = 0.5;
 /// A robot that is still for so long stands.
 const STILL_S: f64 = 3.0;
+/// A robot that walks calmly for this long before it is damaged was healthy when it started.
+const CALM_WALK_S: f64 = 3.0;
+/// Damage is flagged so much later than the detector's persistence after it struck, at most.
+const STRUCK_BEFORE_S: f64 = 1.0;
 
 impl Monitor {
-    /// Watches with these settings; `window_s` is what an identification needs.
+    /// Watches with these settings.
     ///
     /// # Errors
     /// [`SettingError`] when a setting makes no sense.
-    pub fn new(
-        motion: MotionSettings,
-        detector: DetectorSettings,
-        window_s: f64,
-    ) -> Result<Self, SettingError> {
-        let swinging_deg = detector.threshold_deg;
-        let detector = DamageDetector::new(detector)?;
-        Ok(Self {
+    pub fn new(settings: MonitorSettings) -> Result<Self, SettingError> {
+        let MonitorSettings {
             motion,
-            swinging_deg,
-            fresh_detector: detector.clone(),
             detector,
             window_s,
-            recent: Recent::new(ExplainableWalk::keep_s(window_s).max(SEARCH_S)),
+            gait,
+            learning,
+        } = settings;
+        let fresh_detector = DamageDetector::new(detector)?;
+        let healthy_s = learning.as_ref().map_or(0.0, HealthyWalks::keep_s);
+        let keep_s = ExplainableWalk::keep_s(window_s).max(SEARCH_S);
+        Ok(Self {
+            motion,
+            swinging_deg: detector.threshold_deg,
+            persistence_s: detector.persistence_s,
+            detector: fresh_detector.clone(),
+            fresh_detector,
+            window_s,
+            recent: Recent::new(keep_s.max(healthy_s)),
             state: State::Standing,
             explainable: ExplainableWalk::None,
+            cycles: CycleTracker::new(&gait),
+            healthy: learning.map(HealthyWalks::new),
             handed_out: HandedOut::default(),
+            sensing: Sensing::default(),
             motion_start_s: None,
             next_check_s: 0.0,
             complained: false,
             swings: RecentSwings::default(),
         })
+    }
+
+    /// What the sensor adds to orientations from now on, as far as it is known: damage is looked
+    /// for without it.
+    pub fn correct_for(&mut self, sensing: Sensing) {
+        self.sensing = sensing;
     }
 
     /// The state's name.
@@ -130,15 +178,20 @@ impl Monitor {
         }
     }
 
-    /// Takes the next orientation.
-    pub fn take(&mut self, attitude: Attitude) -> Vec<Action> {
+    /// Takes the next reading.
+    pub fn take(&mut self, reading: &Reading) -> Vec<Action> {
+        let attitude = reading.attitude;
         let mut actions = Vec::new();
-        self.remember(attitude);
+        self.remember(reading);
         if attitude.time_s >= self.next_check_s {
             self.next_check_s = attitude.time_s + CHECK_S;
             self.check_motion(attitude.time_s, &mut actions);
         }
-        let Axes { roll, pitch, .. } = attitude.angles_rad;
+        if self.state == State::Walking {
+            self.cycles.push(&attitude);
+        }
+        let Axes { roll, pitch, .. } =
+            sensor_correction::corrected_tilt(attitude.angles_rad, &self.sensing);
         match self.detector.push(attitude.time_s, roll, pitch) {
             Ok(Some(assessment)) => {
                 self.judge(assessment, attitude.time_s, &mut actions);
@@ -170,6 +223,8 @@ impl Monitor {
         self.swings = RecentSwings::default();
         self.explainable = ExplainableWalk::None;
         self.motion_start_s = None;
+        self.cycles.forget();
+        self.doubt_health(since_s);
         if self.state != State::Standing {
             self.state = State::Walking;
         }
@@ -208,12 +263,22 @@ impl Monitor {
         }
     }
 
-    fn remember(&mut self, attitude: Attitude) {
-        if self.recent.push(attitude) {
+    fn remember(&mut self, reading: &Reading) {
+        if self.recent.push(*reading) {
+            let now_s = reading.attitude.time_s;
             if let State::Flagged { since_s } = &mut self.state {
-                *since_s = attitude.time_s;
+                *since_s = now_s;
             }
-            self.explainable.begin_anew(attitude.time_s);
+            self.explainable.begin_anew(now_s);
+            if let Some(healthy) = &mut self.healthy {
+                healthy.paused(now_s);
+            }
+        }
+    }
+
+    fn doubt_health(&mut self, now_s: f64) {
+        if let Some(healthy) = &mut self.healthy {
+            healthy.doubt(now_s);
         }
     }
 
@@ -222,10 +287,14 @@ impl Monitor {
             State::Standing => {
                 let found = self
                     .recent
-                    .recording(now_s - SEARCH_S)
+                    .orientation(now_s - SEARCH_S)
                     .and_then(|recent| MotionStart::find(&recent, &self.motion).ok());
                 if let Some(start) = found {
                     self.motion_start_s = start.stood_before.then_some(start.start_s);
+                    self.cycles.forget();
+                    if let Some(start_s) = self.motion_start_s {
+                        self.cycles.begin(start_s);
+                    }
                     self.state = State::Walking;
                     actions.push(Action::Report(Kind::MotionStarted {
                         motion_start_s: start.start_s,
@@ -236,11 +305,12 @@ impl Monitor {
                 let long_enough = self.recent.reaches_back_to(now_s - STILL_S);
                 let moves = self
                     .recent
-                    .recording(now_s - STILL_S)
+                    .orientation(now_s - STILL_S)
                     .is_none_or(|recent| MotionStart::find(&recent, &self.motion).is_ok());
                 if long_enough && !moves {
                     self.state = State::Standing;
                     self.motion_start_s = None;
+                    self.cycles.forget();
                     // The next walk is looked for from here on.
                     self.recent.forget_before(now_s - STILL_S);
                 }
@@ -282,17 +352,29 @@ impl Monitor {
                 ..
             } if differs(swing_deg, known_deg) => self.explainable.interrupt(),
             State::Flagged { since_s } if now_s >= since_s + self.window_s => {
-                if let Some(recording) = self.recent.recording(since_s - PAUSE_S) {
+                let within_s = since_s - PAUSE_S..=now_s;
+                if let Some(recording) = self.recent.recording(within_s, Stretch::InMidWalk) {
                     let number = self.handed_out.next(now_s);
                     self.state = State::Identifying { number, swing_deg };
+                    let start_s = self.cycles.cycle_start_s(since_s).or(self.motion_start_s);
                     actions.push(Action::Identify(Request {
                         number,
-                        recording,
-                        walk_start: self
-                            .motion_start_s
-                            .map_or(WalkStart::FoundInRecording, WalkStart::ObservedAtS),
-                        from_s: since_s,
+                        stretch: WalkStretch {
+                            recording,
+                            walk_start: start_s
+                                .map_or(WalkStart::FoundInRecording, WalkStart::ObservedAtS),
+                            motion_start_s: self.motion_start_s,
+                            from_s: since_s,
+                        },
                     }));
+                }
+            }
+            State::Walking if fluctuation_deg < self.swinging_deg => {
+                if let Some(healthy) = &mut self.healthy {
+                    let cycle_start_s = |before_s| self.cycles.cycle_start_s(before_s);
+                    let stretch =
+                        healthy.walking(now_s, cycle_start_s, self.motion_start_s, &self.recent);
+                    actions.extend(stretch.map(|stretch| Action::Learn(Box::new(stretch))));
                 }
             }
             _ => {}
@@ -303,19 +385,43 @@ impl Monitor {
         // The detector bears with a lull, in which the robot may have stopped: the stretch
         // ends where the body swings, or has within the detector's window.
         if fluctuation_deg >= self.swinging_deg {
-            self.explainable.grow(
-                now_s,
-                self.window_s,
-                self.motion_start_s,
-                &self.recent,
-                &mut self.handed_out,
-            );
+            self.doubt_health(now_s);
+            self.grow_explainable(now_s, actions);
+        }
+    }
+
+    fn grow_explainable(&mut self, now_s: f64, actions: &mut Vec<Action>) {
+        if !self.explainable.is_due(now_s, self.window_s) {
+            return;
+        }
+        let from_s = self.explainable.from_s();
+        let seen = WalkSeen {
+            motion_start_s: self.motion_start_s,
+            cycle_start_s: from_s.and_then(|from_s| self.cycles.cycle_start_s(from_s)),
+        };
+        let taken = self
+            .explainable
+            .take_down(now_s, seen, &self.recent, &mut self.handed_out);
+        if taken.is_err() {
+            let reason =
+                "this walk is not explained: its first step was not seen, or too long ago \
+                          to know the phase of the gait"
+                    .into();
+            actions.push(Action::Report(Kind::Warning { reason }));
         }
     }
 
     fn flag(&mut self, now_s: f64) {
+        let struck_s = now_s - self.persistence_s;
+        self.cycles.doubt_since(struck_s - STRUCK_BEFORE_S);
+        self.doubt_health(now_s);
         self.state = State::Flagged { since_s: now_s };
-        self.explainable = ExplainableWalk::Growing { from_s: now_s };
+        let from_the_start = self
+            .motion_start_s
+            .filter(|start_s| struck_s - start_s < CALM_WALK_S);
+        self.explainable = ExplainableWalk::Growing {
+            from_s: from_the_start.unwrap_or(now_s),
+        };
     }
 }
 

@@ -1,9 +1,10 @@
 //! What the monitor wants done, and what comes of it: identifications and explanations.
 
-use std::time::SystemTime;
+use std::{sync::Arc, time::SystemTime};
 
 use super::Service;
 use crate::{
+    background::Job,
     event::Kind,
     explainer::Explained,
     monitor::Action,
@@ -15,23 +16,38 @@ use crate::{
 impl Service {
     pub(super) fn act(&mut self, action: Action) {
         let sensing = self.state.sensing.unwrap_or_default();
+        let robot = || Arc::clone(self.lessons.known.robot());
         match action {
-            Action::Report(kind) => self.tell(kind),
+            Action::Report(kind) => {
+                if let Kind::DamageDetected { .. } = kind {
+                    self.lessons.doubt();
+                }
+                self.tell(kind);
+            }
             Action::Identify(request) => {
                 let number = request.number;
-                if let Err(error) = Worker::identify(&self.worker, request, sensing) {
+                if let Err(error) = Worker::identify(&self.worker, request, sensing, robot()) {
                     let report = Err(error.into());
                     self.answered(Answer { number, report });
                 }
             }
             Action::Explain(request) => {
-                if let Some(explainer) = &self.explainer
-                    && !explainer.explain(request, sensing)
-                {
-                    self.explainer = None;
-                    self.warn("explanations end: the thread that makes them has died");
+                if self.explains {
+                    let robot = robot();
+                    self.ask(Job::Explain(request, sensing, robot));
                 }
             }
+            Action::Learn(stretch) => self.lessons.offer(*stretch),
+        }
+    }
+
+    /// Asks for what is done when nothing else is to be done.
+    pub(super) fn ask(&mut self, job: Job) {
+        if let Some(background) = &self.background
+            && !background.ask(job)
+        {
+            self.background = None;
+            self.warn("explanations and learning end: the thread that does it has died");
         }
     }
 
@@ -83,6 +99,7 @@ impl Service {
         };
         self.state.sensing = Some(sensing);
         self.save();
+        self.monitor.correct_for(sensing);
         self.messages.say(&format!(
             "sensor corrected from now on: {}",
             sensor_correction::in_words(&sensing)

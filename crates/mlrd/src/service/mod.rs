@@ -1,6 +1,7 @@
 //! The loop of the daemon: bytes of the sensor in, events out.
 
 mod conclusions;
+mod lessons;
 mod start;
 
 use std::{
@@ -16,11 +17,12 @@ use std::{
 
 use nalgebra::Vector3;
 
+use self::lessons::Lessons;
 use crate::{
     Options,
     attitude::Attitude,
+    background::{Background, Done},
     event::{Kind, Status},
-    explainer::{Explained, Explainer},
     monitor::Monitor,
     output::{Events, Messages},
     recorder::{Recorder, RecordingNotice},
@@ -70,8 +72,10 @@ struct Service {
     pulse: Pulse,
     answers: Receiver<Answer>,
     worker: Arc<Worker>,
-    explanations: Receiver<Explained>,
-    explainer: Option<Explainer>,
+    done: Receiver<Done>,
+    background: Option<Background>,
+    explains: bool,
+    lessons: Lessons,
     sensor: Sensor,
     /// The sensor has a fault: what it says is recorded and not watched.
     faulty: bool,
@@ -92,6 +96,7 @@ impl Service {
         self.tell(Kind::Started {
             port: self.source_name.clone(),
             last_known: self.state.last_known.clone(),
+            calibration: self.lessons.known.known(),
         });
         let mut status = ExitCode::SUCCESS;
         let mut last_status = Instant::now();
@@ -113,9 +118,13 @@ impl Service {
             while let Ok(answer) = self.answers.try_recv() {
                 self.answered(answer);
             }
-            while let Ok(explained) = self.explanations.try_recv() {
-                self.explained(explained);
+            while let Ok(done) = self.done.try_recv() {
+                match done {
+                    Done::Explained(explained) => self.explained(*explained),
+                    Done::Learned(outcome, busy) => self.learned(outcome, busy),
+                }
             }
+            self.learn_when_due();
             self.supervisor.feed(Progress {
                 processed: self.processed,
                 pulse: self.pulse.count(),
@@ -186,7 +195,7 @@ impl Service {
         if self.faulty {
             return;
         }
-        for action in self.monitor.take(reading.attitude) {
+        for action in self.monitor.take(reading) {
             self.act(action);
         }
     }

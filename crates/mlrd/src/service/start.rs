@@ -15,11 +15,11 @@ use anyhow::Context;
 use nalgebra::Vector3;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-use super::Service;
+use super::{Service, lessons::Lessons};
 use crate::{
     Settings,
-    explainer::Explainer,
-    monitor::Monitor,
+    background::Background,
+    monitor::{Monitor, MonitorSettings},
     output::{Events, Messages},
     recorder::Recorder,
     robot_model::RobotModel,
@@ -40,20 +40,24 @@ impl Service {
         let known = Arc::new(RobotModel::new(settings, source.to_string())?);
         let (send_answer, answers) = mpsc::channel();
         let worker = Worker::new(settings, Arc::clone(&known), send_answer)?;
-        let (send_explained, explanations) = mpsc::channel();
-        let explainer = settings
-            .explains()
+        let (send_done, done) = mpsc::channel();
+        let (explains, learning) = (settings.explains(), settings.learning());
+        let background = (explains || learning.is_some())
             .then(|| {
+                let known = Arc::clone(&known);
                 let explanation = settings.explanation.clone();
-                Explainer::new(known, explanation, messages.clone(), send_explained)
+                let forgetting = settings.learning.forgetting;
+                Background::new(known, explanation, forgetting, messages.clone(), send_done)
             })
             .transpose()?;
         let identification = &settings.identification;
-        let monitor = Monitor::new(
-            identification.motion,
-            identification.detector,
-            identification.window_s,
-        )?;
+        let mut monitor = Monitor::new(MonitorSettings {
+            motion: identification.motion,
+            detector: identification.detector,
+            window_s: identification.window_s,
+            gait: known.gait.clone(),
+            learning,
+        })?;
         let state_file = settings
             .state_dir
             .as_ref()
@@ -66,6 +70,9 @@ impl Service {
         if let Some(notice) = notice {
             messages.say(&notice);
         }
+        monitor.correct_for(state.sensing.unwrap_or_default());
+        let dir = settings.state_dir.as_deref();
+        let lessons = Lessons::start(settings.learning, &known, dir, &messages)?;
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [SIGTERM, SIGINT, SIGHUP] {
             signal_hook::flag::register(signal, Arc::clone(&stop)).context("signals")?;
@@ -90,8 +97,10 @@ impl Service {
             pulse,
             answers,
             worker: Arc::new(worker),
-            explanations,
-            explainer,
+            done,
+            background,
+            explains,
+            lessons,
             begin: Instant::now(),
             last_heard: Instant::now(),
             processed: 0,

@@ -74,15 +74,21 @@ impl Device {
 
     /// The log as a sensor shows it that does this to it.
     pub(crate) fn frames_altered(self, log: &str, alter: impl FnMut(Row) -> Row) -> Vec<Frame> {
-        let counters = (0_u8..=255).cycle();
-        rows(log)
+        let rows: Vec<Row> = rows(log)
             .into_iter()
             .step_by(self.every())
             .map(alter)
-            .zip(counters)
+            .collect();
+        self.frames_of(&rows)
+    }
+
+    /// These rows as a sensor shows them.
+    pub(crate) fn frames_of(self, rows: &[Row]) -> Vec<Frame> {
+        rows.iter()
+            .zip((0_u8..=255).cycle())
             .map(|(row, counter)| Frame {
                 time_s: row.time_s,
-                bytes: self.encode(&row, counter),
+                bytes: self.encode(row, counter),
             })
             .collect()
     }
