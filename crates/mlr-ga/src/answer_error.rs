@@ -50,8 +50,28 @@ pub enum AnswerError {
         simulated: usize,
     },
     /// The search needs an atlas and there is none.
-    #[error("no atlas to search; `mlr-ga atlas build` makes one")]
-    NoAtlas,
+    #[error(
+        "no atlas to search of the walks with gait {gait:?}; `mlr-ga atlas build --gait …` makes one, \
+         --search ga needs none"
+    )]
+    NoAtlas {
+        /// Name of the gait.
+        gait: String,
+    },
+    /// There is nothing to identify.
+    #[error("no log, expected at least one")]
+    NoLogs,
+    /// A log time that is set for all of several logs.
+    #[error(
+        "{setting}: a time of one log, expected none for {logs} logs: each has its own; identify them \
+         one by one, or leave it out"
+    )]
+    TimeOfOneLog {
+        /// Name of the setting.
+        setting: &'static str,
+        /// How many logs there are.
+        logs: usize,
+    },
     /// The paper's method does not search an atlas.
     #[error("the paper's method simulates every candidate, expected search \"ga\" or \"exact\"")]
     AtlasForPaper,

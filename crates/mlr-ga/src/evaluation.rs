@@ -31,6 +31,8 @@ pub struct Evaluation {
 /// How well a candidate fits in one case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CaseFit {
+    /// Which of the logs, counted from 0.
+    pub log: usize,
     /// What its lost links are, and which variation of the model.
     pub case: Case,
     /// Sample of the simulated walk with which the measured one begins.

@@ -74,11 +74,11 @@ pub use explain::{
 };
 pub use identify::{
     Alternative, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,
-    IdentificationReport, IdentifySettings, MeasuredWalk, Method, Search, Stretch, WalkOffsets,
-    WalkStart, identify,
+    IdentificationReport, IdentifiedLog, IdentifySettings, LogReport, MeasuredWalk, Method,
+    RecordedWalk, Search, Stretch, WalkOffsets, WalkStart, identify, identify_together,
 };
 pub use model::Model;
-pub use objective::{Fit, LossHypothesis, WalkObjective};
+pub use objective::{Fit, LossHypothesis, Tried, WalkObjective};
 pub use paper_cost::{PaperCost, PaperFit};
 pub use probe::{
     CalibrationMotion, ProbeError, ProbeReport, ProbeSettings, ReportedParameter, ReportedSegment,

@@ -1,19 +1,34 @@
-//! The cost of a morphology: how its simulated walks fit the measured one.
+//! The cost of a morphology: how its simulated walks fit the measured ones.
 
-use std::ops::ControlFlow;
+mod log_comparison;
+
+use std::collections::BTreeMap;
 
 use mlr_model::{LostLinks, Morphology};
 use serde::{Deserialize, Serialize};
 
+use self::log_comparison::LogComparison;
 use crate::{
     Evaluation, IdentifySettings, MeasuredWalk, Objective,
     belief::DamagePrior,
-    comparison::{
-        AlignedMeasurement, Alignment, ComparableWalk, LikelihoodSettings, SpectralSettings,
-    },
     evaluation::CaseFit,
-    walks::{Case, WalkSource, Walked},
+    walks::{Case, WalkSource},
 };
+
+/// Lets candidates walk and compares them with the measured walks of one robot.
+///
+/// The cost is the error in degrees, averaged over the axes, that the candidate's
+/// likelihood and prior probability amount to: `ln P = -n · ln(cost)`, with n the
+/// number of independent errors. The nominal model decides it; what variations of
+/// the model make of the leading candidates comes later.
+///
+/// Likelihoods of several logs multiply. What became of lost links is the same in all of them;
+/// the variation of the model is averaged over in each for itself.
+pub struct WalkObjective<'a> {
+    logs: Vec<LogComparison<'a>>,
+    lost_links: LossHypothesis,
+    prior: DamagePrior,
+}
 
 /// What a lost link may have become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -51,22 +66,23 @@ impl LossHypothesis {
     }
 }
 
-/// Lets candidates walk and compares them with the measured walk.
-///
-/// The cost is the error in degrees, averaged over the axes, that the candidate's
-/// likelihood and prior probability amount to: `ln P = -n · ln(cost)`, with n the
-/// number of independent errors. The nominal model decides it; what variations of
-/// the model make of the leading candidates comes later.
-pub struct WalkObjective<'a> {
-    walks: &'a dyn WalkSource,
-    whole: AlignedMeasurement,
-    /// The first parts of the measured walk at which a candidate may be given up.
-    parts: Vec<AlignedMeasurement>,
-    /// Samples of a simulated walk that the first measured one is aligned with in turn.
-    offsets: Vec<usize>,
-    lost_links: LossHypothesis,
-    likelihood: LikelihoodSettings,
-    prior: DamagePrior,
+/// How many cases of a candidate were tried: in each log, with its lost links gone or locked.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tried(BTreeMap<(usize, LostLinks), usize>);
+
+impl Tried {
+    /// One case more of this log.
+    pub fn add(&mut self, log: usize, lost_links: LostLinks) {
+        *self.0.entry((log, lost_links)).or_default() += 1;
+    }
+
+    fn of(&self, log: usize, lost_links: LostLinks) -> usize {
+        self.0.get(&(log, lost_links)).copied().unwrap_or(0)
+    }
+
+    fn all(&self) -> usize {
+        self.0.values().sum()
+    }
 }
 
 impl<'a> WalkObjective<'a> {
@@ -76,77 +92,80 @@ impl<'a> WalkObjective<'a> {
         walks: &'a dyn WalkSource,
         settings: &IdentifySettings,
     ) -> Self {
-        let stretch = measured.stretch();
-        let spectral = SpectralSettings {
-            cutoff_hz: settings.filter.cutoff_hz,
-            gait_period_s: stretch.gait_period_s,
-            // A motion that repeats nothing has no harmonics: every frequency counts in full.
-            between_harmonics: match stretch.cycle_s {
-                Some(_) => settings.likelihood.between_harmonics,
-                None => 1.0,
-            },
-        };
-        let aligned = |samples| {
-            AlignedMeasurement::new(measured.recording(), stretch.start_s, samples, spectral)
-        };
+        Self::of_logs([(measured, walks)], settings)
+    }
+
+    /// The cost of morphologies for several measured walks of one robot, each with the walks of
+    /// candidates that it is compared with.
+    pub fn of_logs<'m>(
+        logs: impl IntoIterator<Item = (&'m MeasuredWalk, &'a dyn WalkSource)>,
+        settings: &IdentifySettings,
+    ) -> Self {
+        let logs = logs.into_iter().enumerate();
         Self {
-            walks,
-            whole: aligned(stretch.samples),
-            parts: stretch.parts().into_iter().map(aligned).collect(),
-            offsets: stretch.offsets.clone(),
+            logs: logs
+                .map(|(log, (measured, walks))| LogComparison::new(log, measured, walks, settings))
+                .collect(),
             lost_links: settings.lost_links,
-            likelihood: LikelihoodSettings {
-                independent_errors: settings
-                    .likelihood
-                    .independent_errors
-                    .map(|n| n * stretch.samples as f64 / FIVE_SECONDS),
-                ..settings.likelihood
-            },
             prior: settings.prior,
         }
     }
 
-    /// How far the body moves on each axis, as a walk with this alignment is compared.
-    pub fn motion_deg(&self, alignment: Alignment) -> [f64; 3] {
-        self.whole.motion_deg2(alignment).map(f64::sqrt)
+    /// How many logs there are.
+    pub fn logs(&self) -> usize {
+        self.logs.len()
+    }
+
+    /// How far the body moves on each axis, as the walk of a fit is compared.
+    pub fn motion_deg(&self, fit: &CaseFit) -> Option<[f64; 3]> {
+        let log = self.logs.get(fit.log)?;
+        Some(log.motion_deg(fit.misfit.alignment))
     }
 
     /// What a fit leaves of each axis, every frequency alike: root mean square.
     pub fn error_deg(&self, candidate: &Morphology, fit: &CaseFit) -> Option<[f64; 3]> {
-        let go_on = &mut |_: &ComparableWalk| ControlFlow::Continue(());
-        let Walked::Whole(walk) = self.walks.walk(candidate, fit.case, go_on) else {
-            return None;
-        };
-        let alignment = fit.misfit.alignment;
-        let error_deg2 = self.whole.error_deg2(&walk, fit.offset, alignment)?;
-        Some(error_deg2.map(f64::sqrt))
+        self.logs.get(fit.log)?.error_deg(candidate, fit)
     }
 
     /// Logarithm of likelihood times prior of a candidate, over the cases that it
     /// was tried in; those `tried` that are not among the fits were hopeless.
-    pub fn ln_weight(&self, candidate: &Morphology, fits: &[CaseFit], tried: usize) -> f64 {
-        let best = fits
-            .iter()
-            .map(|fit| fit.ln_likelihood)
-            .fold(f64::NEG_INFINITY, f64::max);
-        if !best.is_finite() {
+    pub fn ln_weight(&self, candidate: &Morphology, fits: &[CaseFit], tried: &Tried) -> f64 {
+        let ln_likelihood = if self.logs.len() == 1 {
+            // The same as below, in one sum.
+            ln_mean(fits.iter().map(|fit| fit.ln_likelihood), tried.all())
+        } else {
+            let cases = self.lost_links(candidate);
+            let each = cases.iter().map(|&lost_links| {
+                let of_log = |log: usize| {
+                    let is_of =
+                        |fit: &&CaseFit| fit.log == log && fit.case.lost_links == lost_links;
+                    let fits = fits.iter().filter(is_of).map(|fit| fit.ln_likelihood);
+                    ln_mean(fits, tried.of(log, lost_links))
+                };
+                (0..self.logs.len()).map(of_log).sum::<f64>()
+            });
+            let each: Vec<f64> = each.collect();
+            ln_mean(each.iter().copied(), cases.len())
+        };
+        if !ln_likelihood.is_finite() {
             return f64::NEG_INFINITY;
         }
-        let sum: f64 = fits
-            .iter()
-            .map(|fit| (fit.ln_likelihood - best).exp())
-            .sum();
-        best + (sum / tried as f64).ln() + self.prior.ln(candidate)
+        ln_likelihood + self.prior.ln(candidate)
     }
 
     /// The logarithm of likelihood times prior that a cost stands for.
     pub fn ln_weight_of_cost(&self, cost_deg: f64) -> f64 {
-        -self.likelihood.errors() * cost_deg.ln()
+        -self.errors() * cost_deg.ln()
     }
 
     /// The cost that a logarithm of likelihood times prior amounts to.
     pub fn cost_of_ln_weight(&self, ln_weight: f64) -> f64 {
-        (-ln_weight / self.likelihood.errors()).exp()
+        (-ln_weight / self.errors()).exp()
+    }
+
+    /// Independent errors over all logs and axes.
+    fn errors(&self) -> f64 {
+        self.logs.iter().map(LogComparison::errors).sum()
     }
 
     /// Logarithm of the prior probability of a candidate.
@@ -159,58 +178,76 @@ impl<'a> WalkObjective<'a> {
         self.lost_links.cases_of(candidate)
     }
 
-    /// How the candidate fits in one case, unless its likelihood turns out to be
-    /// below `least_ln_likelihood`.
-    pub fn fit(&self, candidate: &Morphology, case: Case, least_ln_likelihood: f64) -> Fit {
-        let mut parts = self.parts.iter();
-        let walked = self
-            .walks
-            .walk(candidate, case, &mut |so_far| match parts.next() {
-                Some(part) if self.ln_bound(part, so_far) < least_ln_likelihood => {
-                    ControlFlow::Break(())
-                }
-                _ => ControlFlow::Continue(()),
-            });
-        match walked {
-            Walked::Whole(walk) => self.judge(case, &walk).map_or(Fit::Hopeless, Fit::Fits),
-            Walked::Stopped => Fit::Hopeless,
-            Walked::Unknown => Fit::Unknown,
-            Walked::Diverged => Fit::Diverged,
+    /// The cases of a candidate on the nominal model, one for each log and each thing that its lost
+    /// links may be.
+    pub fn tried_nominal(&self, candidate: &Morphology) -> Tried {
+        let mut tried = Tried::default();
+        for &lost_links in self.lost_links(candidate) {
+            for log in 0..self.logs.len() {
+                tried.add(log, lost_links);
+            }
+        }
+        tried
+    }
+
+    /// How the candidate fits a log in one case, unless it turns out that its logarithm of
+    /// likelihood times prior stays below `least_ln_weight` whatever the other logs say.
+    pub fn fit(&self, candidate: &Morphology, log: usize, case: Case, least_ln_weight: f64) -> Fit {
+        let logs = self.logs.iter().enumerate();
+        let others = logs.filter(|(other, _)| *other != log);
+        let ln_others: f64 = others.map(|(_, other)| other.ln_most()).sum();
+        let least = least_ln_weight - self.prior.ln(candidate) - ln_others;
+        match self.logs.get(log) {
+            Some(log) => log.fit(candidate, case, least),
+            None => Fit::Unknown,
         }
     }
 
-    fn judge(&self, case: Case, walk: &ComparableWalk) -> Option<CaseFit> {
-        self.offsets
-            .iter()
-            .filter_map(|&offset| {
-                let misfit = self.whole.misfit(walk, offset, &self.likelihood)?;
-                Some(CaseFit {
-                    case,
-                    offset,
-                    misfit,
-                    ln_likelihood: self.likelihood.ln_likelihood(&misfit),
-                })
-            })
-            .max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood))
-    }
-
-    /// What the likelihood can still become. A walk too short to tell may become
-    /// anything.
-    fn ln_bound(&self, part: &AlignedMeasurement, so_far: &ComparableWalk) -> f64 {
-        let share = part.samples() as f64 / self.whole.samples() as f64;
-        self.offsets
-            .iter()
-            .map(|&offset| {
-                part.ln_bound(so_far, offset, share, &self.likelihood)
-                    .unwrap_or(f64::INFINITY)
-            })
-            .fold(f64::NEG_INFINITY, f64::max)
+    /// How the candidate fits all logs on the nominal model, one after the other until those so
+    /// far leave no hope that the logarithm of likelihood times prior exceeds `least_ln_weight`.
+    fn nominal_fits(
+        &self,
+        candidate: &Morphology,
+        lost_links: LostLinks,
+        least_ln_weight: f64,
+        evaluation: &mut Evaluation,
+    ) {
+        let nominal = Case {
+            lost_links,
+            variation: 0,
+        };
+        let mut ln_rest: f64 = self.logs.iter().skip(1).map(LogComparison::ln_most).sum();
+        let mut least = least_ln_weight - self.prior.ln(candidate);
+        for (index, log) in self.logs.iter().enumerate() {
+            match log.fit(candidate, nominal, least - ln_rest) {
+                Fit::Fits(fit) => {
+                    evaluation.fits.push(fit);
+                    least -= fit.ln_likelihood;
+                }
+                Fit::Hopeless => {
+                    evaluation.abandoned = true;
+                    return;
+                }
+                Fit::Diverged => {
+                    evaluation.diverged += 1;
+                    return;
+                }
+                Fit::Unknown => return,
+            }
+            ln_rest -= self.logs.get(index + 1).map_or(0.0, LogComparison::ln_most);
+        }
     }
 }
 
-/// Samples of the paper's window, for which the numbers of independent errors are
-/// stated.
-const FIVE_SECONDS: f64 = 5.0 * ComparableWalk::RATE_HZ;
+/// Logarithm of the mean of so many numbers, of which those not given are negligible.
+fn ln_mean(ln_numbers: impl Iterator<Item = f64> + Clone, count: usize) -> f64 {
+    let best = ln_numbers.clone().fold(f64::NEG_INFINITY, f64::max);
+    if !best.is_finite() {
+        return f64::NEG_INFINITY;
+    }
+    let sum: f64 = ln_numbers.map(|ln| (ln - best).exp()).sum();
+    best + (sum / count as f64).ln()
+}
 
 /// What a case of a candidate came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -227,27 +264,18 @@ pub enum Fit {
 
 impl Objective for WalkObjective<'_> {
     fn evaluate(&self, candidate: &Morphology, limit_deg: f64) -> Evaluation {
-        let least = self.ln_weight_of_cost(limit_deg) - self.prior.ln(candidate);
+        let least = self.ln_weight_of_cost(limit_deg);
         let mut evaluation = Evaluation {
             cost_deg: f64::INFINITY,
             fits: Vec::new(),
             abandoned: false,
             diverged: 0,
         };
-        let cases = self.lost_links(candidate);
-        for &lost_links in cases {
-            let nominal = Case {
-                lost_links,
-                variation: 0,
-            };
-            match self.fit(candidate, nominal, least) {
-                Fit::Fits(fit) => evaluation.fits.push(fit),
-                Fit::Hopeless => evaluation.abandoned = true,
-                Fit::Diverged => evaluation.diverged += 1,
-                Fit::Unknown => {}
-            }
+        for &lost_links in self.lost_links(candidate) {
+            self.nominal_fits(candidate, lost_links, least, &mut evaluation);
         }
-        let ln_weight = self.ln_weight(candidate, &evaluation.fits, cases.len());
+        let tried = self.tried_nominal(candidate);
+        let ln_weight = self.ln_weight(candidate, &evaluation.fits, &tried);
         evaluation.cost_deg = self.cost_of_ln_weight(ln_weight);
         evaluation
     }

@@ -1,6 +1,10 @@
 //! The paper's cost F of candidates: what decides by the paper's method, and what every report
 //! states.
 
+mod of_logs;
+
+pub(crate) use of_logs::PaperCosts;
+
 use mlr_filter::{Conditioned, FilterSettings, FourierFilter, SamplingLimits, Window};
 use mlr_model::{
     Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator,

@@ -181,6 +181,75 @@ fn a_smaller_atlas_knows_few_damaged_legs_and_says_so() {
     scene.folder.fails(&build, 2, &["--most-damaged-legs", "0"]);
 }
 
+/// Two logs with two gaits, of which the atlas has one: the other log is simulated.
+#[test]
+fn an_atlas_serves_the_logs_of_its_gait() {
+    let scene = Scene::new();
+    let slower = CRAWL.replace("period_s = 1.0", "period_s = 1.2");
+    let slower = scene.folder.write("slower.toml", slower);
+    let quick = "window_s = 3.0\nlost_links = \"absent\"\nvariations = [{}]\n\
+                 [genetic]\nislands = 1\ngenerations = 1\ncomplete = false\n";
+    let quick = scene.folder.write("quick.toml", quick);
+    let other = scene.folder.path("slower.csv");
+    let simulate = [
+        "simulate",
+        "--legs-lost",
+        "1",
+        "--walk-s",
+        "6",
+        "-o",
+        &other,
+    ];
+    let model = ["--robot", &scene.robot, "--gait", &slower];
+    scene.folder.succeeds(&[&simulate[..], &model].concat());
+    let identify = |gaits: [&str; 2], more: &[&str]| -> Vec<String> {
+        let both = [
+            "identify", &scene.log, &other, "--json", "--gait", gaits[0], "--gait", gaits[1],
+        ];
+        let with = ["--robot", &scene.robot, "--config", &quick];
+        let all = [&both[..], &with, more].concat();
+        all.into_iter().map(String::from).collect()
+    };
+    let run = |arguments: &[String]| -> Value {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        serde_json::from_str(&scene.folder.succeeds(&arguments)).unwrap()
+    };
+    let gaits = [scene.gait.as_str(), &slower];
+    let mixed = run(&identify(gaits, &["--atlas", &scene.atlas]));
+    assert_eq!(mixed["search"], "ga", "not every log has an atlas");
+    assert_eq!(mixed["damaged_legs"], Value::from(vec![1]));
+    let simulated = run(&identify(gaits, &[]));
+    assert_eq!(mixed["morphology"], simulated["morphology"]);
+    // The control: where every log has its atlas, it is what is searched.
+    let twice = scene.with_files(&["identify", &scene.log, &scene.log, "--json"]);
+    let twice = [&twice[..], &["--atlas", &scene.atlas]].concat();
+    let twice: Value = serde_json::from_str(&scene.folder.succeeds(&twice)).unwrap();
+    assert_eq!(twice["search"], "atlas");
+    assert_eq!(twice["logs"].as_array().unwrap().len(), 2);
+
+    let fails = |arguments: &[String], message: &[&str]| {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        scene.folder.fails(&arguments, 2, message);
+    };
+    let searched = ["--atlas", &scene.atlas, "--search", "atlas"];
+    fails(
+        &identify(gaits, &searched),
+        &["no atlas", "atlas build --gait"],
+    );
+    let third = CRAWL
+        .replace("period_s = 1.0", "period_s = 1.1")
+        .replace("crawl", "amble");
+    let third = scene.folder.write("third.toml", third);
+    fails(
+        &identify([&slower, &third], &["--atlas", &scene.atlas]),
+        &[
+            "crawl.atlas",
+            "a gait of none of the logs",
+            "crawl or amble",
+        ],
+    );
+}
+
 #[test]
 fn answers_are_scored_against_the_truth() {
     let scene = Scene::new();

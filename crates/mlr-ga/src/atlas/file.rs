@@ -71,6 +71,9 @@ const ALIGNMENT: usize = 64;
 /// What one count of a sample is worth.
 pub(super) const SAMPLE_DEG: f32 = 0.01;
 
+/// What an error calls the gait.
+pub(super) const GAIT: &str = "gait";
+
 /// What an atlas holds, and what it was made for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
@@ -171,7 +174,7 @@ impl Header {
             });
         }
         self.robot.check("robot", &now.robot)?;
-        self.gait.check("gait", &now.gait)?;
+        self.gait.check(GAIT, &now.gait)?;
         self.simulation
             .check("simulation setting", &now.simulation)?;
         // Settings with fewer variations use the first ones.

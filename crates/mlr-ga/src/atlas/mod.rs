@@ -17,7 +17,7 @@ use crate::{
     comparison::ComparableWalk,
     walks::{Case, Look, WalkSource, Walked},
 };
-use file::{AtlasReader, Header, SAMPLE_DEG};
+use file::{AtlasReader, GAIT, Header, SAMPLE_DEG};
 
 /// The walks of every feasible morphology of one robot with one gait on the nominal
 /// model, and of those with few damaged legs under its variations. A smaller atlas
@@ -55,6 +55,13 @@ pub struct AtlasError {
     pub path: std::path::PathBuf,
     /// What is wrong with it.
     pub problem: AtlasProblem,
+}
+
+impl AtlasError {
+    /// Whether the atlas is in order but for the gait, which another one would fit.
+    pub fn is_of_another_gait(&self) -> bool {
+        matches!(self.problem, AtlasProblem::Stale { what: GAIT, .. })
+    }
 }
 
 impl Atlas {

@@ -11,12 +11,11 @@ use clap::Args;
 use mlr_ga::{
     CalibrationReport, Configuration, ExplainSettings, HealthyWalk, WalkOrigin, calibrate,
 };
-use mlr_imu::Recording;
 use sha2::{Digest as _, Sha256};
 
 use super::{
     log_file::LogFiles,
-    model_files::{self, RobotFile},
+    model_files::{self, ModelOfLogs},
     output::{self, ResultFile},
     progress::Bar,
 };
@@ -26,11 +25,7 @@ pub(super) struct CalibrateOptions {
     #[command(flatten)]
     logs: LogFiles,
     #[command(flatten)]
-    robot: RobotFile,
-    /// Gait in TOML, or tripod for the embedded one: one for all logs, or one for each in their
-    /// order [default: tripod].
-    #[arg(long, value_name = "FILE")]
-    gait: Vec<PathBuf>,
+    model: ModelOfLogs,
     /// Write the robot's description with its own numbers to this file. An existing file is never
     /// overwritten.
     #[arg(short, long, value_name = "FILE")]
@@ -54,13 +49,10 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
         mounting,
         ..
     } = model_files::configuration(options.config.as_deref(), None)?;
-    let (robot, text) = options.robot.read()?;
     let paths = options.logs.paths();
-    let gaits = options.robot.gaits(&robot, &options.gait, paths.len())?;
+    let (robot, text, gaits) = options.model.read(paths.len())?;
     let file = ResultFile::reserve(&options.output)?;
-    let recordings = options.logs.read()?.into_iter();
-    let recordings = recordings.map(|recording| recording.mounted(&mounting));
-    let recordings = recordings.collect::<Result<Vec<Recording>, _>>()?;
+    let recordings = options.logs.read(&mounting)?;
     let both = recordings.iter().zip(&gaits);
     let walks: Vec<HealthyWalk<'_>> = both
         .map(|(recording, gait)| HealthyWalk { recording, gait })

@@ -5,12 +5,14 @@ use std::{path::PathBuf, time::Instant};
 use clap::{Args, ValueEnum};
 use mlr_filter::SettingError;
 use mlr_ga::{
-    IdentificationReport, IdentifySettings, LossHypothesis, Method, Model, Search, identify,
+    IdentificationReport, IdentifySettings, LogReport, LossHypothesis, Method, RecordedWalk,
+    Search, identify_together,
 };
 
 use super::{
-    log_file::LogFile,
-    model_files::{self, AtlasFile, MethodName, ModelFiles},
+    atlas_files::AtlasFiles,
+    log_file::LogFiles,
+    model_files::{self, MethodName, ModelOfLogs},
     output::{self, ResultFile},
     plot,
     progress::Bar,
@@ -20,7 +22,7 @@ use super::{
 #[derive(Debug, Args)]
 pub(super) struct IdentifyOptions {
     #[command(flatten)]
-    log: LogFile,
+    logs: LogFiles,
     #[command(flatten)]
     search: SearchOptions,
     /// What decides [default: mlr].
@@ -33,15 +35,15 @@ pub(super) struct IdentifyOptions {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
-    /// Draw measured and simulated roll, pitch and yaw into this SVG file. An existing file is never
-    /// overwritten.
+    /// Draw measured and simulated roll, pitch and yaw into this SVG file: of several logs, those of
+    /// the first. An existing file is never overwritten.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Length of the compared stretch [default: 5 s].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     window_s: Option<f64>,
     /// Log time at which the compared stretch begins [default: the start of the walk, or when damage
-    /// is flagged in mid-walk].
+    /// is flagged in mid-walk]. Of one log only.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     from_s: Option<f64>,
     /// What lost links may have become [default: either].
@@ -54,9 +56,9 @@ pub(super) struct IdentifyOptions {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     #[command(flatten)]
-    atlas: AtlasFile,
+    atlas: AtlasFiles,
     #[command(flatten)]
-    model: ModelFiles,
+    model: ModelOfLogs,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -73,17 +75,35 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let started = Instant::now();
     let configuration = model_files::configuration(options.config.as_deref(), options.method)?;
     let settings = options.settings(configuration.identification)?;
-    let (robot, gait) = options.model.read()?;
+    let (robot, _, gaits) = options.model.read(options.logs.paths().len())?;
     settings.check_on(&robot)?;
     let picture = options.plot.as_deref();
     let picture = picture.map(ResultFile::reserve).transpose()?;
-    let recording = options.log.read()?.mounted(&configuration.mounting)?;
-    let atlas = options.atlas.open(&robot, &gait, &settings)?;
-    let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
+    let recordings = options.logs.read(&configuration.mounting)?;
+    let atlases = options.atlas.open(&robot, &gaits, &settings)?;
+    let each = recordings.iter().zip(&gaits).enumerate();
+    let walks: Vec<RecordedWalk<'_>> = each
+        .map(|(log, (recording, gait))| RecordedWalk {
+            recording,
+            gait,
+            atlas: atlases.of(log),
+        })
+        .collect();
     let bar = Bar::new();
-    let answer = identify(&recording, model, &settings, &bar);
+    let answer = identify_together(&walks, &robot, &settings, &bar);
     bar.clear();
-    let identification = answer.map_err(|error| options.log.blame(error))?;
+    let identification = answer.map_err(|(log, error)| {
+        let of_the_log = error.is_recordings_fault();
+        options.logs.blame_if(log, of_the_log, error.into())
+    })?;
+    let files = options.logs.names();
+    if files.len() > 1 {
+        for (file, log) in files.iter().zip(&identification.logs) {
+            for warning in &log.warnings {
+                output::warning(&format!("{file}: {warning}"));
+            }
+        }
+    }
     for warning in &identification.warnings {
         output::warning(warning);
     }
@@ -91,11 +111,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
         let (name, error_deg) = (&identification.description, identification.mean_error_deg);
         file.write(&plot::signals(name, error_deg, &identification.signals)?)?;
     }
-    let report = IdentificationReport::new(
-        options.log.path().display().to_string(),
-        identification,
-        started.elapsed(),
-    );
+    let report = IdentificationReport::of_files(files, identification, started.elapsed());
     let text = if options.json {
         serde_json::to_string(&report)? + "\n"
     } else {
@@ -140,7 +156,10 @@ impl IdentifyOptions {
 fn table(report: &IdentificationReport) -> String {
     let answer = &report.identification;
     let mut table = output::Table::default();
-    table.line("log", &report.log);
+    match report.logs.is_empty() {
+        true => table.line("log", &report.log),
+        false => table.lines("logs", report.logs.iter().map(log_line)),
+    }
     let morphology = format!("{}  {}", answer.morphology, percent(answer.probability));
     if answer.implausible {
         let doubt = percent(answer.something_else_probability.unwrap_or_default());
@@ -184,17 +203,19 @@ fn table(report: &IdentificationReport) -> String {
             "the paper's: least F; percentages are shares of its runs",
         );
     }
-    match answer.motion_start_s {
-        Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
-        None => table.line("walk starts", "before the log"),
+    if report.logs.is_empty() {
+        match answer.motion_start_s {
+            Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
+            None => table.line("walk starts", "before the log"),
+        }
+        table.line(
+            "compared",
+            format!(
+                "{:.1} s from {:.2} s on",
+                answer.window_s, answer.window_start_s
+            ),
+        );
     }
-    table.line(
-        "compared",
-        format!(
-            "{:.1} s from {:.2} s on",
-            answer.window_s, answer.window_start_s
-        ),
-    );
     table.line(
         "search",
         format!(
@@ -240,6 +261,14 @@ fn table(report: &IdentificationReport) -> String {
         }),
     );
     table.into_text()
+}
+
+/// What one of several logs says.
+fn log_line(log: &LogReport) -> String {
+    format!(
+        "{}: {:.1} s from {:.2} s on, {:.2}° per sample and axis",
+        log.file, log.log.window_s, log.log.window_start_s, log.log.mean_error_deg
+    )
 }
 
 /// Below this, a probability that something else is wrong is not worth a line.

@@ -8,7 +8,7 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::AnswerError;
-use mlr_imu::{Columns, LogError, LogLimits, LogProblem, LogTable, Recording};
+use mlr_imu::{Columns, LogError, LogLimits, LogProblem, LogTable, Mounting, Recording};
 
 /// What stands for standard input as the name of a log.
 const STDIN: &str = "-";
@@ -28,7 +28,10 @@ pub(super) struct LogFile {
 /// The logs of one robot, whose columns have the same names.
 #[derive(Debug, Args)]
 pub(super) struct LogFiles {
-    /// The logs: as any other command reads them.
+    /// The logs of one robot: .csv or .csv.gz with the columns t_s and either roll_rad, pitch_rad,
+    /// yaw_rad, or a quaternion qw, qx, qy, qz, or raw samples ax_mps2, ay_mps2, az_mps2, gx_radps,
+    /// gy_radps, gz_radps, which are then fused. Fields may be separated by commas, semicolons, tabs
+    /// or spaces; times may be numbers or dates. - reads standard input.
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -104,9 +107,17 @@ impl LogFiles {
         &self.logs
     }
 
-    pub(super) fn read(&self) -> anyhow::Result<Vec<Recording>> {
+    /// What the sensor recorded in each log, in the axes of a robot that it is mounted on like this.
+    pub(super) fn read(&self, mounting: &Mounting) -> anyhow::Result<Vec<Recording>> {
         let each = self.logs.iter();
-        each.map(|log| self.read.recording(log)).collect()
+        each.map(|log| Ok(self.read.recording(log)?.mounted(mounting)?))
+            .collect()
+    }
+
+    /// The names of the logs.
+    pub(super) fn names(&self) -> Vec<String> {
+        let each = self.logs.iter();
+        each.map(|log| log.display().to_string()).collect()
     }
 
     /// Names one of the logs in an error if that is its fault.

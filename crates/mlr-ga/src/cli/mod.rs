@@ -1,6 +1,7 @@
 //! The command line.
 
 mod atlas;
+mod atlas_files;
 mod calibrate;
 mod compare;
 mod detect;
@@ -45,6 +46,10 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Names the damaged legs of the robot that recorded LOG.
+    ///
+    /// Several logs of one robot, between which nothing more was damaged, give one answer: every
+    /// morphology in question is compared with all of them, and what belongs to the day is fitted
+    /// for each.
     ///
     /// By default, the likelihood of what is left between the spectra of measured and simulated
     /// walk, times the prior probability of the damage, decides; the search proposes candidates.

@@ -20,9 +20,20 @@ pub(super) struct ModelFiles {
     gait: Option<PathBuf>,
 }
 
+/// Replaces the embedded robot and the gaits of its logs.
+#[derive(Debug, Args)]
+pub(super) struct ModelOfLogs {
+    #[command(flatten)]
+    robot: RobotFile,
+    /// Gait in TOML, the motion of feet or a joint trajectory; or tripod for the embedded one: one
+    /// for all logs, or one for each in their order [default: tripod].
+    #[arg(long, value_name = "FILE")]
+    gait: Vec<PathBuf>,
+}
+
 /// Replaces the embedded robot.
 #[derive(Debug, Args)]
-pub(super) struct RobotFile {
+struct RobotFile {
     /// Robot description in TOML [default: the embedded JetHexa].
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
@@ -40,9 +51,18 @@ impl ModelFiles {
     }
 }
 
+impl ModelOfLogs {
+    /// The robot, the text that describes it, and the gait of each of so many logs.
+    pub(super) fn read(&self, logs: usize) -> anyhow::Result<(Robot, String, Vec<Gait>)> {
+        let (robot, text) = self.robot.read()?;
+        let gaits = self.robot.gaits(&robot, &self.gait, logs)?;
+        Ok((robot, text, gaits))
+    }
+}
+
 impl RobotFile {
     /// The robot, and the text that describes it.
-    pub(super) fn read(&self) -> anyhow::Result<(Robot, String)> {
+    fn read(&self) -> anyhow::Result<(Robot, String)> {
         let described = |text: &str| Robot::from_toml(text).map(|robot| (robot, text.to_string()));
         let read = load(self.robot.as_deref(), described)?;
         Ok(read.unwrap_or_else(|| (Robot::jethexa(), Robot::JETHEXA_TOML.into())))
@@ -60,12 +80,7 @@ impl RobotFile {
     }
 
     /// The gait of each of so many logs: one for all, or one each in their order.
-    pub(super) fn gaits(
-        &self,
-        robot: &Robot,
-        files: &[PathBuf],
-        logs: usize,
-    ) -> anyhow::Result<Vec<Gait>> {
+    fn gaits(&self, robot: &Robot, files: &[PathBuf], logs: usize) -> anyhow::Result<Vec<Gait>> {
         if files.len() > 1 && files.len() != logs {
             anyhow::bail!(
                 "{} gaits for {logs} logs, expected one --gait for all logs, or one for each",

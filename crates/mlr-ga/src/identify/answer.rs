@@ -3,7 +3,7 @@ use mlr_imu::quality::LogQuality;
 use mlr_model::{LostLinks, Morphology, Variation};
 use serde::Serialize;
 
-use super::{IdentifySettings, MeasuredWalk, Method, Search};
+use super::{IdentifiedLog, IdentifySettings, MeasuredWalk, Method, Search};
 use crate::{PaperFit, comparison::Alignment, evaluation::CaseFit};
 
 /// The answer. Serialises to the fields of `mlr.identification/1`.
@@ -69,11 +69,14 @@ pub struct Identification {
     pub runs: Vec<Course>,
     /// Quality of the recording.
     pub log_quality: LogQuality,
-    /// Warnings for people.
+    /// Warnings for people. Of several recordings, what concerns one of them stands with it.
     pub warnings: Vec<String>,
     /// The compared signals.
     #[serde(skip)]
     pub signals: ComparedSignals,
+    /// What each recording says of the best morphology.
+    #[serde(skip)]
+    pub logs: Vec<IdentifiedLog>,
 }
 
 /// The model and the alignment under which the best morphology is likeliest.

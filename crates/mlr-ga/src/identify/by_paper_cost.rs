@@ -1,34 +1,34 @@
 //! [`Method::Paper`](super::Method::Paper): the least F.
 
-use mlr_model::Morphology;
+use mlr_model::{Morphology, Robot};
 use rayon::prelude::*;
 
 use super::{
-    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Search, Verdict,
-    searched::Searched,
+    ALTERNATIVES, Alternative, BestFit, IdentifySettings, LogVerdict, MeasuredLog, Search, Verdict,
+    by_posterior::paper_costs, searched::Searched,
 };
 use crate::{
-    AnswerError, Evaluations, Model, Progress,
+    AnswerError, Evaluations, Progress,
     belief::{Belief, Posterior},
-    paper_cost::PaperCost,
+    paper_cost::PaperCosts,
 };
 
 /// Searches for the least F; the most frequent result of the runs is the answer.
 ///
 /// The probabilities are the shares of the runs that ended so: the paper states no other.
 pub(super) fn verdict(
-    measured: &MeasuredWalk,
-    model: Model<'_>,
+    logs: &[MeasuredLog<'_>],
+    robot: &Robot,
     search: Search,
     settings: &IdentifySettings,
     progress: &dyn Progress,
 ) -> Result<Verdict, AnswerError> {
-    settings.check_on(model.robot)?;
+    settings.check_on(robot)?;
     if search == Search::Atlas {
         return Err(AnswerError::AtlasForPaper);
     }
-    let layout = model.robot.layout();
-    let cost = PaperCost::new(measured, model.robot, model.gait, settings)?;
+    let layout = robot.layout();
+    let cost = paper_costs(logs, settings).map_err(|(_, error)| error)?;
     let mut evaluations = Evaluations::new(&cost, progress);
     let genetic = (&settings.genetic, settings.seed);
     let searched = Searched::new(&layout, search, genetic, f64::INFINITY, &mut evaluations);
@@ -49,7 +49,7 @@ pub(super) fn verdict(
             .iter()
             .map(|(result, count)| (result.clone(), (*count as f64).ln())),
     );
-    let paper_fit = cost.least(&best).ok_or_else(no_walk)?;
+    let paper_fits = cost.least(&best).ok_or_else(no_walk)?;
     let belief = Belief {
         posterior,
         unexplained: settings.prior,
@@ -57,24 +57,34 @@ pub(super) fn verdict(
     };
     Ok(Verdict {
         alternatives: alternatives(&best, &belief, &evaluations, &cost),
-        fit: BestFit::of_conditioned(&paper_fit, measured.conditioned()),
+        cost_rad: paper_fits.cost_rad(),
+        mean_error_deg: paper_fits.mean_error_deg(),
+        logs: paper_fits
+            .into_logs()
+            .into_iter()
+            .zip(logs)
+            .map(|(paper_fit, (measured, _))| LogVerdict {
+                something_else: None,
+                fit: BestFit::of_conditioned(&paper_fit, measured.conditioned()),
+                paper_fit,
+            })
+            .collect(),
         best,
         belief,
         something_else: None,
-        paper_fit,
         evaluations: match search {
             Search::Ga => searched.candidates(),
             _ => evaluations.len(),
         },
         diverged: evaluations.diverged(),
-        warnings: warnings(search, model, settings),
+        warnings: warnings(search, logs, settings),
         searched,
     })
 }
 
-fn warnings(search: Search, model: Model<'_>, settings: &IdentifySettings) -> Vec<String> {
+fn warnings(search: Search, logs: &[MeasuredLog<'_>], settings: &IdentifySettings) -> Vec<String> {
     let mut warnings = Vec::new();
-    if model.atlas.is_some() {
+    if logs.iter().any(|(_, model)| model.atlas.is_some()) {
         warnings.push("the paper's method simulates every candidate: the atlas is not used".into());
     }
     if search != Search::Ga || settings.genetic.repeats < 2 {
@@ -92,7 +102,7 @@ fn alternatives(
     best: &Morphology,
     belief: &Belief,
     evaluations: &Evaluations<'_>,
-    cost: &PaperCost,
+    cost: &PaperCosts,
 ) -> Vec<Alternative> {
     let next: Vec<&Morphology> = evaluations
         .ranking()
@@ -105,7 +115,7 @@ fn alternatives(
         .filter_map(|morphology| {
             Some(Alternative {
                 morphology: (*morphology).clone(),
-                cost_rad: cost.least(morphology)?.cost_rad,
+                cost_rad: cost.least(morphology)?.cost_rad(),
                 probability: belief.of(morphology),
             })
         })

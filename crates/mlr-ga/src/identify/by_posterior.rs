@@ -1,35 +1,39 @@
 //! [`Method::Mlr`](super::Method::Mlr): the most probable morphology.
 
-use std::collections::BTreeMap;
-
 use mlr_imu::quality::LogQuality;
-use mlr_model::Morphology;
+use mlr_model::{Morphology, Robot};
 use rayon::prelude::*;
 
 use super::{
-    ALTERNATIVES, Alternative, BestFit, IdentifySettings, MeasuredWalk, Search, Verdict, leading,
-    model_walks::ModelWalks, searched::Searched,
+    ALTERNATIVES, Alternative, BestFit, IdentifySettings, LogVerdict, MeasuredLog, Search, Verdict,
+    leading, model_walks::ModelWalks, searched::Searched,
 };
 use crate::{
-    AnswerError, Evaluations, Model, Progress, WalkObjective,
-    atlas::Atlas,
+    AnswerError, Evaluations, Progress, WalkObjective,
     belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
-    paper_cost::PaperCost,
+    paper_cost::{PaperCost, PaperCosts},
+    walks::WalkSource,
 };
 
 /// Lets the search propose candidates, weighs the leading ones over the variations of the
 /// model, and takes the most probable.
 pub(super) fn verdict(
-    measured: &MeasuredWalk,
-    model: Model<'_>,
+    logs: &[MeasuredLog<'_>],
+    robot: &Robot,
     search: Search,
     settings: &IdentifySettings,
     progress: &dyn Progress,
-) -> Result<Verdict, AnswerError> {
-    let layout = model.robot.layout();
-    let walks = ModelWalks::new(measured, model, search, settings)?;
-    let objective = WalkObjective::new(measured, &walks, settings);
+) -> Result<Verdict, (usize, AnswerError)> {
+    let layout = robot.layout();
+    let sources = logs.iter().enumerate().map(|(index, (measured, model))| {
+        let walks = ModelWalks::new(measured, *model, search, settings);
+        walks.map_err(|error| (index, error))
+    });
+    let sources = sources.collect::<Result<Vec<_>, _>>()?;
+    let both = logs.iter().zip(&sources);
+    let both = both.map(|((measured, _), walks)| (measured, walks as &dyn WalkSource));
+    let objective = WalkObjective::of_logs(both, settings);
     let mut evaluations = Evaluations::new(&objective, progress);
     let genetic = (&settings.genetic, settings.seed);
     let margin = objective.cost_of_ln_weight(-leading::HOPELESS);
@@ -43,21 +47,43 @@ pub(super) fn verdict(
             .iter()
             .map(|(morphology, weighed)| (morphology.clone(), weighed.ln_weight)),
     );
-    let no_walk = || AnswerError::AllDiverged {
-        simulated: evaluations.len(),
+    let no_walk = || {
+        let simulated = evaluations.len();
+        (0, AnswerError::AllDiverged { simulated })
     };
     let best = posterior.best().ok_or_else(no_walk)?.clone();
-    let fit = likeliest_fit(&weighed, &best).ok_or_else(no_walk)?;
-    let fit = BestFit::new(
-        fit,
-        objective.error_deg(&best, &fit).ok_or_else(no_walk)?,
-        objective.motion_deg(fit.misfit.alignment),
-        &settings.variations,
-    );
-    let paper_cost = PaperCost::new(measured, model.robot, model.gait, settings)?;
-    let paper_fit = paper_cost.of(&best, fit.lost_links).ok_or_else(no_walk)?;
-    let mean_error_deg = paper_fit.mean_error_deg();
-    let something_else = something_else(&fit, mean_error_deg, measured.quality(), settings);
+    let paper_costs = paper_costs(logs, settings)?;
+    let likeliest = |morphology: &Morphology| {
+        let weighed = weighed.get(morphology)?;
+        leading::likeliest_fits(&objective, morphology, weighed)
+    };
+    let fits = likeliest(&best).ok_or_else(no_walk)?;
+    let lost_links = fits.first().ok_or_else(no_walk)?.case.lost_links;
+    let paper_fits = paper_costs.of(&best, lost_links).ok_or_else(no_walk)?;
+    let [cost_rad, mean_error_deg] = [paper_fits.cost_rad(), paper_fits.mean_error_deg()];
+    let each = fits.iter().zip(paper_fits.into_logs()).zip(logs);
+    let verdicts = each.map(|((fit, paper_fit), (measured, _))| {
+        let error_deg = objective.error_deg(&best, fit)?;
+        let motion_deg = objective.motion_deg(fit)?;
+        let fit = BestFit::new(*fit, error_deg, motion_deg, &settings.variations);
+        let mean_error_deg = paper_fit.mean_error_deg();
+        Some(LogVerdict {
+            something_else: Some(something_else(
+                &fit,
+                mean_error_deg,
+                measured.quality(),
+                settings,
+            )),
+            fit,
+            paper_fit,
+        })
+    });
+    let verdicts = verdicts.collect::<Option<Vec<_>>>().ok_or_else(no_walk)?;
+    // The logs of one robot are not independent in this: the gravest counts.
+    let something_else = verdicts
+        .iter()
+        .filter_map(|log| log.something_else)
+        .fold(0.0, f64::max);
     let belief = Belief {
         something_else,
         unexplained: DamagePrior {
@@ -67,17 +93,38 @@ pub(super) fn verdict(
         posterior,
     };
     Ok(Verdict {
-        alternatives: alternatives(&best, &belief, &weighed, &paper_cost),
+        alternatives: alternatives(&best, &belief, likeliest, &paper_costs),
         best,
         belief,
+        logs: verdicts,
+        cost_rad,
+        mean_error_deg,
         something_else: Some(something_else),
-        fit,
-        paper_fit,
         evaluations: evaluations.len(),
         diverged: evaluations.diverged(),
         searched,
-        warnings: model.atlas.and_then(Atlas::warning).into_iter().collect(),
+        warnings: atlas_warnings(logs),
     })
+}
+
+/// What the atlases lack, once each.
+fn atlas_warnings(logs: &[MeasuredLog<'_>]) -> Vec<String> {
+    let warnings = logs.iter().filter_map(|(_, model)| model.atlas?.warning());
+    let mut warnings: Vec<String> = warnings.collect();
+    warnings.dedup();
+    warnings
+}
+
+/// F of candidates for all logs.
+pub(super) fn paper_costs(
+    logs: &[MeasuredLog<'_>],
+    settings: &IdentifySettings,
+) -> Result<PaperCosts, (usize, AnswerError)> {
+    let costs = logs.iter().enumerate().map(|(index, (measured, model))| {
+        let cost = PaperCost::new(measured, model.robot, model.gait, settings);
+        cost.map_err(|error| (index, error.into()))
+    });
+    Ok(PaperCosts::new(costs.collect::<Result<_, _>>()?))
 }
 
 /// Probability that something else than damage to legs decides how the robot walks, as its
@@ -99,22 +146,11 @@ fn something_else(
     }
 }
 
-/// The fit of a morphology in the case in which it is likeliest.
-fn likeliest_fit(
-    weighed: &BTreeMap<Morphology, leading::Weighed>,
-    morphology: &Morphology,
-) -> Option<CaseFit> {
-    let fits = &weighed.get(morphology)?.fits;
-    fits.iter()
-        .max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood))
-        .copied()
-}
-
 fn alternatives(
     best: &Morphology,
     belief: &Belief,
-    weighed: &BTreeMap<Morphology, leading::Weighed>,
-    paper_cost: &PaperCost,
+    likeliest: impl Fn(&Morphology) -> Option<Vec<CaseFit>> + Sync,
+    paper_costs: &PaperCosts,
 ) -> Vec<Alternative> {
     let leading: Vec<_> = belief
         .posterior
@@ -126,11 +162,11 @@ fn alternatives(
     leading
         .par_iter()
         .filter_map(|(morphology, _)| {
-            let fit = likeliest_fit(weighed, morphology)?;
-            let paper_fit = paper_cost.of(morphology, fit.case.lost_links)?;
+            let fits = likeliest(morphology)?;
+            let paper_fits = paper_costs.of(morphology, fits.first()?.case.lost_links)?;
             Some(Alternative {
                 morphology: morphology.clone(),
-                cost_rad: paper_fit.cost_rad,
+                cost_rad: paper_fits.cost_rad(),
                 probability: belief.of(morphology),
             })
         })

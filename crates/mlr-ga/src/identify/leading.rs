@@ -1,11 +1,14 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mlr_model::{LegLayout, Morphology};
 use rayon::prelude::*;
 
 use super::IdentifySettings;
 use crate::{
-    Evaluations, Progress, WalkObjective, evaluation::CaseFit, objective::Fit, walks::Case,
+    Evaluations, Progress, WalkObjective,
+    evaluation::CaseFit,
+    objective::{Fit, Tried},
+    walks::Case,
 };
 
 /// A candidate less probable than the best by this factor, in nats, plays no part.
@@ -21,7 +24,7 @@ pub(super) struct Weighed {
     /// The cases that were worth comparing.
     pub(super) fits: Vec<CaseFit>,
     /// How many were tried.
-    tried: usize,
+    tried: Tried,
     /// Logarithm of likelihood times prior, up to a constant.
     pub(super) ln_weight: f64,
 }
@@ -130,48 +133,24 @@ pub(super) fn weigh(
         .take(settings.leaders)
         .cloned()
         .collect();
+    // Given up on the nominal model in one log, a case may still matter under variations.
+    let skipped = skipped_on_the_nominal_model(objective, &all, &leaders);
+    try_cases(objective, skipped, &mut all, progress);
     let variations: Vec<usize> = (1..settings.variations.len()).collect();
     for round in variations.chunks(ROUND) {
-        let best = best_of(&all);
-        let jobs: Vec<(&Morphology, Case)> = leaders
-            .iter()
-            .flat_map(|leader| {
-                let lost_links = objective.lost_links(leader);
-                round.iter().flat_map(move |&variation| {
-                    lost_links.iter().map(move |&lost_links| {
-                        let case = Case {
-                            lost_links,
-                            variation,
-                        };
-                        (leader, case)
-                    })
-                })
-            })
-            .collect();
-        progress.expect_more(jobs.len());
-        let fits: Vec<Fit> = jobs
-            .par_iter()
-            .map(|(leader, case)| {
-                let least = best - HOPELESS - objective.ln_prior(leader);
-                let fit = objective.fit(leader, *case, least);
-                progress.advance();
-                fit
-            })
-            .collect();
-        for ((leader, _), fit) in jobs.iter().zip(fits) {
-            let Some(weighed) = all.get_mut(*leader).filter(|_| fit != Fit::Unknown) else {
-                continue;
-            };
-            weighed.tried += 1;
-            if let Fit::Fits(fit) = fit {
-                weighed.fits.push(fit);
-            }
-        }
+        let mut jobs = Vec::new();
         for leader in &leaders {
-            if let Some(weighed) = all.get_mut(leader) {
-                weighed.ln_weight = objective.ln_weight(leader, &weighed.fits, weighed.tried);
+            for &variation in round {
+                for &lost_links in objective.lost_links(leader) {
+                    let case = Case {
+                        lost_links,
+                        variation,
+                    };
+                    jobs.extend((0..objective.logs()).map(|log| (leader.clone(), log, case)));
+                }
             }
         }
+        try_cases(objective, jobs, &mut all, progress);
         let best = best_of(&all);
         leaders.retain(|leader| {
             all.get(leader)
@@ -179,6 +158,75 @@ pub(super) fn weigh(
         });
     }
     all
+}
+
+/// A candidate in one case, compared with one of the logs.
+type Job = (Morphology, usize, Case);
+
+/// The cases of these candidates that were not compared with every log on the nominal model. One
+/// log leaves none of them: what did not fit it then fits nothing.
+fn skipped_on_the_nominal_model(
+    objective: &WalkObjective<'_>,
+    all: &BTreeMap<Morphology, Weighed>,
+    leaders: &[Morphology],
+) -> Vec<Job> {
+    let mut skipped = Vec::new();
+    if objective.logs() == 1 {
+        return skipped;
+    }
+    for (leader, weighed) in leaders.iter().filter_map(|one| all.get_key_value(one)) {
+        for &lost_links in objective.lost_links(leader) {
+            let case = Case {
+                lost_links,
+                variation: 0,
+            };
+            let is_missing = |log: &usize| {
+                let fits = &mut weighed.fits.iter();
+                !fits.any(|fit| fit.log == *log && fit.case == case)
+            };
+            let missing = (0..objective.logs()).filter(is_missing);
+            skipped.extend(missing.map(|log| (leader.clone(), log, case)));
+        }
+    }
+    skipped
+}
+
+/// Compares candidates with logs, and brings what is known of them up to date.
+fn try_cases(
+    objective: &WalkObjective<'_>,
+    jobs: Vec<Job>,
+    all: &mut BTreeMap<Morphology, Weighed>,
+    progress: &dyn Progress,
+) {
+    let best = best_of(all);
+    progress.expect_more(jobs.len());
+    let fits: Vec<Fit> = jobs
+        .par_iter()
+        .map(|(candidate, log, case)| {
+            let fit = objective.fit(candidate, *log, *case, best - HOPELESS);
+            progress.advance();
+            fit
+        })
+        .collect();
+    let mut changed = BTreeSet::new();
+    for ((candidate, log, case), fit) in jobs.into_iter().zip(fits) {
+        let Some(weighed) = all.get_mut(&candidate).filter(|_| fit != Fit::Unknown) else {
+            continue;
+        };
+        // The nominal model counts as tried from the start.
+        if case.variation > 0 {
+            weighed.tried.add(log, case.lost_links);
+        }
+        if let Fit::Fits(fit) = fit {
+            weighed.fits.push(fit);
+        }
+        changed.insert(candidate);
+    }
+    for candidate in changed {
+        if let Some(weighed) = all.get_mut(&candidate) {
+            weighed.ln_weight = objective.ln_weight(&candidate, &weighed.fits, &weighed.tried);
+        }
+    }
 }
 
 /// The candidates that the nominal model leaves some hope for.
@@ -192,13 +240,36 @@ fn hopeful(
         if ln_weight.is_finite() {
             let weighed = Weighed {
                 fits: evaluation.fits.clone(),
-                tried: objective.lost_links(morphology).len(),
+                tried: objective.tried_nominal(morphology),
                 ln_weight,
             };
             all.insert(morphology.clone(), weighed);
         }
     }
     all
+}
+
+/// The fit of a candidate to each log in the case in which it is likeliest, what became of its lost
+/// links being the same in all of them. `None` where none of its cases fits every log.
+pub(super) fn likeliest_fits(
+    objective: &WalkObjective<'_>,
+    morphology: &Morphology,
+    weighed: &Weighed,
+) -> Option<Vec<CaseFit>> {
+    let ln_of = |fits: &[CaseFit]| fits.iter().map(|fit| fit.ln_likelihood).sum::<f64>();
+    let cases = objective.lost_links(morphology).iter();
+    let each = cases.filter_map(|&lost_links| {
+        let of_log = |log: usize| {
+            let fits = weighed.fits.iter();
+            fits.filter(|fit| fit.log == log && fit.case.lost_links == lost_links)
+                .max_by(|a, b| a.ln_likelihood.total_cmp(&b.ln_likelihood))
+                .copied()
+        };
+        (0..objective.logs())
+            .map(of_log)
+            .collect::<Option<Vec<_>>>()
+    });
+    each.max_by(|a, b| ln_of(a).total_cmp(&ln_of(b)))
 }
 
 fn best_of(all: &BTreeMap<Morphology, Weighed>) -> f64 {

@@ -5,6 +5,7 @@ mod by_paper_cost;
 mod by_posterior;
 mod gait_phase;
 mod leading;
+mod log_answer;
 mod measured_walk;
 mod model_walks;
 mod report;
@@ -14,19 +15,32 @@ mod walk_start;
 
 pub use answer::{Alternative, BestFit, ComparedSignals, Course, Frequency, Identification};
 pub use gait_phase::{GaitPhase, WalkOffsets};
+pub use log_answer::IdentifiedLog;
 pub use measured_walk::{MeasuredWalk, Stretch};
-pub use report::IdentificationReport;
+pub use report::{IdentificationReport, LogReport};
 pub use settings::{IdentifySettings, Method, Search};
 pub use walk_start::WalkStart;
 
+use log_answer::LogVerdict;
 use mlr_imu::Recording;
-use mlr_model::Morphology;
+use mlr_model::{Gait, Morphology, Robot};
 use searched::Searched;
 
-use crate::{AnswerError, Model, PaperFit, Progress, belief::Belief};
+use crate::{AnswerError, Model, Progress, atlas::Atlas, belief::Belief};
 
 /// How many alternatives are reported.
 const ALTERNATIVES: usize = 5;
+
+/// A recording of a robot, and the gait that it walked.
+#[derive(Debug, Clone, Copy)]
+pub struct RecordedWalk<'a> {
+    /// What its sensor recorded.
+    pub recording: &'a Recording,
+    /// The gait.
+    pub gait: &'a Gait,
+    /// Walks of the robot's candidates with this gait, if they were simulated beforehand.
+    pub atlas: Option<&'a Atlas>,
+}
 
 /// Names the lost links of the robot that made the recording while walking its gait.
 /// [`IdentifySettings::method`] says what decides. Same inputs, same answer, whatever the
@@ -41,24 +55,63 @@ pub fn identify(
     settings: &IdentifySettings,
     progress: &dyn Progress,
 ) -> Result<Identification, AnswerError> {
-    let measured = MeasuredWalk::new(recording, model.gait, settings)?;
-    let search = settings.search_with(model.atlas.is_some());
-    let verdict = match settings.method {
-        Method::Mlr => by_posterior::verdict(&measured, model, search, settings, progress)?,
-        Method::Paper => by_paper_cost::verdict(&measured, model, search, settings, progress)?,
+    let walk = RecordedWalk {
+        recording,
+        gait: model.gait,
+        atlas: model.atlas,
     };
-    Ok(verdict.into_answer(&measured, search, settings))
+    let answer = identify_together(&[walk], model.robot, settings, progress);
+    answer.map_err(|(_, error)| error)
 }
+
+/// Names the lost links of a robot from several walks, between which nothing more was damaged: every
+/// morphology in question is compared with all of them, and its likelihoods multiply. What belongs to
+/// the day, such as phase, clock, delay, zero of yaw and the variation of the model, is fitted for
+/// each. The answer's `fit`, window, start, quality and signals are those of the first walk;
+/// [`Identification::logs`] has those of all.
+///
+/// # Errors
+/// [`AnswerError`], with the index of the walk; 0 where it is not the fault of any.
+pub fn identify_together(
+    walks: &[RecordedWalk<'_>],
+    robot: &Robot,
+    settings: &IdentifySettings,
+    progress: &dyn Progress,
+) -> Result<Identification, (usize, AnswerError)> {
+    let of_all = |error| (0, error);
+    if walks.len() != 1 {
+        settings.check_for_several(walks.len()).map_err(of_all)?;
+    }
+    let logs = walks.iter().enumerate().map(|(index, walk)| {
+        let measured = MeasuredWalk::new(walk.recording, walk.gait, settings);
+        let model = Model::new(robot, walk.gait).with_atlas(walk.atlas);
+        Ok((measured.map_err(|error| (index, error))?, model))
+    });
+    let logs = logs.collect::<Result<Vec<_>, _>>()?;
+    let search = settings.search_with(walks.iter().all(|walk| walk.atlas.is_some()));
+    let verdict = match settings.method {
+        Method::Mlr => by_posterior::verdict(&logs, robot, search, settings, progress)?,
+        Method::Paper => {
+            by_paper_cost::verdict(&logs, robot, search, settings, progress).map_err(of_all)?
+        }
+    };
+    verdict.into_answer(&logs, search, settings)
+}
+
+/// A walk that is identified, with the model that it is compared with.
+type MeasuredLog<'a> = (MeasuredWalk, Model<'a>);
 
 /// What a method decided.
 struct Verdict {
     best: Morphology,
     belief: Belief,
+    /// What it decided of each log.
+    logs: Vec<LogVerdict>,
+    /// F of the best morphology, summed over the logs.
+    cost_rad: f64,
+    mean_error_deg: f64,
     /// Probability of something else than damage, where the method asks for it.
     something_else: Option<f64>,
-    fit: BestFit,
-    /// F of the best morphology.
-    paper_fit: PaperFit,
     alternatives: Vec<Alternative>,
     evaluations: usize,
     diverged: usize,
@@ -69,13 +122,23 @@ struct Verdict {
 impl Verdict {
     fn into_answer(
         self,
-        measured: &MeasuredWalk,
+        logs: &[MeasuredLog<'_>],
         search: Search,
         settings: &IdentifySettings,
-    ) -> Identification {
+    ) -> Result<Identification, (usize, AnswerError)> {
         let Self { best, belief, .. } = self;
-        let start = measured.start();
-        Identification {
+        let each = self.logs.into_iter().zip(logs);
+        let logs: Vec<IdentifiedLog> = each
+            .map(|(verdict, (measured, model))| {
+                verdict.into_answer(&model.gait.name, measured, settings)
+            })
+            .collect();
+        let first = logs.first().cloned().ok_or((0, AnswerError::NoLogs))?;
+        let mut warnings = self.warnings;
+        if logs.len() == 1 {
+            warnings = [first.warnings, warnings].concat();
+        }
+        Ok(Identification {
             method: settings.method,
             search,
             seed: settings.seed,
@@ -87,9 +150,9 @@ impl Verdict {
             legs_probability: belief.of_legs_of(&best),
             leg_damage_probability: belief.leg_damage(best.legs()),
             link_loss_probability: belief.link_loss((0..best.legs()).map(|leg| best.links(leg))),
-            cost_rad: self.paper_fit.cost_rad,
-            mean_error_deg: self.paper_fit.mean_error_deg(),
-            fit: self.fit,
+            cost_rad: self.cost_rad,
+            mean_error_deg: self.mean_error_deg,
+            fit: first.fit,
             alternatives: self.alternatives,
             indistinguishable: belief
                 .posterior
@@ -98,18 +161,19 @@ impl Verdict {
                 .filter(|morphology| **morphology != best)
                 .cloned()
                 .collect(),
-            motion_start_s: start.stood_before.then_some(start.start_s),
-            window_start_s: measured.window().start_s,
-            window_s: measured.window().duration_s,
+            motion_start_s: first.motion_start_s,
+            window_start_s: first.window_start_s,
+            window_s: first.window_s,
             evaluations: self.evaluations,
             diverged: self.diverged,
             cost_per_generation: self.searched.cost_per_generation(),
             frequencies: self.searched.frequencies(),
             runs: self.searched.courses(),
-            log_quality: measured.quality().clone(),
-            warnings: [measured.warnings(), &self.warnings].concat(),
+            log_quality: first.log_quality,
+            warnings,
             morphology: best,
-            signals: ComparedSignals::new(measured, self.paper_fit.simulated, settings),
-        }
+            signals: first.signals,
+            logs,
+        })
     }
 }

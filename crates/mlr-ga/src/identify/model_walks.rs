@@ -25,7 +25,9 @@ impl<'a> ModelWalks<'a> {
         settings.check_on(model.robot)?;
         let Some(atlas) = model.atlas else {
             return match search {
-                Search::Atlas => Err(AnswerError::NoAtlas),
+                Search::Atlas => Err(AnswerError::NoAtlas {
+                    gait: model.gait.name.clone(),
+                }),
                 _ => Ok(Self::Simulated(simulated(measured, model, settings)?)),
             };
         };

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::WalkStart;
 use crate::{
-    LossHypothesis,
+    AnswerError, LossHypothesis,
     belief::{DamagePrior, PlausibilitySettings},
     comparison::LikelihoodSettings,
     genetic::GeneticSettings,
@@ -216,6 +216,23 @@ impl IdentifySettings {
             return Err(SettingError::new(name, min_rate_hz, expected));
         }
         Ok(())
+    }
+
+    /// Checks that nothing in them is a time of one log among several.
+    pub(super) fn check_for_several(&self, logs: usize) -> Result<(), AnswerError> {
+        if logs == 0 {
+            return Err(AnswerError::NoLogs);
+        }
+        let named = match (self.from_s, self.walk_start) {
+            (Some(_), _) => "from_s",
+            (None, WalkStart::CommandedAtS(_)) => "walk_start.commanded_at_s",
+            (None, WalkStart::ObservedAtS(_)) => "walk_start.observed_at_s",
+            (None, WalkStart::FoundInRecording) => return Ok(()),
+        };
+        Err(AnswerError::TimeOfOneLog {
+            setting: named,
+            logs,
+        })
     }
 
     /// Checks every number, and whether this robot can have the faults of the simulation.
