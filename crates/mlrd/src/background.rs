@@ -32,7 +32,7 @@ pub struct Background {
 pub enum Job {
     /// Explain a walk of a robot known like this. Those that are asked for later replace those that
     /// wait.
-    Explain(Request, Sensing, Arc<Robot>),
+    Explain(Box<Request>, Sensing, Arc<Robot>),
     /// Learn from a walk. Explanations come first.
     Learn(Box<LearnJob>),
 }
@@ -126,7 +126,7 @@ impl Bench {
                 sort_in(job, &mut explanation, &mut lessons);
             }
             let answer = match explanation.take() {
-                Some((request, sensing, robot)) => self.explain(request, sensing, &robot),
+                Some((request, sensing, robot)) => self.explain(*request, sensing, &robot),
                 None => match lessons.pop_front() {
                     Some(job) => self.learn(&job),
                     None => continue,
@@ -164,7 +164,7 @@ impl Bench {
     }
 }
 
-type Explanation = (Request, Sensing, Arc<Robot>);
+type Explanation = (Box<Request>, Sensing, Arc<Robot>);
 
 fn sort_in(job: Job, explanation: &mut Option<Explanation>, lessons: &mut VecDeque<Box<LearnJob>>) {
     match job {

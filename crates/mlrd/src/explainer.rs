@@ -220,7 +220,11 @@ pub(crate) mod tests {
                 scale,
                 ..Sensing::default()
             };
-            assert!(background.ask(Job::Explain(request.clone(), sensing, Arc::clone(&robot))));
+            assert!(background.ask(Job::Explain(
+                Box::new(request.clone()),
+                sensing,
+                Arc::clone(&robot)
+            )));
             // Half an hour ends a hang: threads of the lowest priority may be kept waiting.
             let done = answers.recv_timeout(Duration::from_secs(1800)).unwrap();
             let Done::Explained(explained) = done else {

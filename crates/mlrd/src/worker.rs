@@ -75,7 +75,7 @@ impl Worker {
                 let number = request.number;
                 // The daemon waits for an answer, whatever becomes of the thread.
                 let report = panic::catch_unwind(AssertUnwindSafe(|| {
-                    worker.report(request.stretch.corrected(&sensing), &robot)
+                    worker.report(&request.stretch.corrected(&sensing), &robot)
                 }));
                 let report = match report {
                     Ok(report) => report.map_err(anyhow::Error::from),
@@ -89,7 +89,7 @@ impl Worker {
 
     fn report(
         &self,
-        stretch: WalkStretch,
+        stretch: &WalkStretch,
         robot: &Robot,
     ) -> Result<IdentificationReport, AnswerError> {
         let begin = Instant::now();

@@ -72,6 +72,18 @@ pub enum LearnError {
 /// A loss of evidence below this is none.
 const WORSE_NATS: f64 = 1.0;
 
+/// Whether a calibration in use is taken back that has so much less evidence than the one before it.
+/// What cannot be compared is no reason.
+fn predicts_worse(lost_nats: f64) -> bool {
+    lost_nats > WORSE_NATS
+}
+
+/// Whether a new calibration is used that has so much more evidence than the one in use. What cannot be
+/// compared is no better.
+fn predicts_better(gain_nats: f64) -> bool {
+    gain_nats > 0.0
+}
+
 impl Round<'_> {
     /// Learns from `stretch` on top of what is `known`. Damage and effects are looked for in it first;
     /// then what is known must predict it as well as what was known `before`, where there is such a
@@ -99,17 +111,17 @@ impl Round<'_> {
         let older = aged(known, &self.explanation.nuisance, self.forgetting)?;
         let learned = calibrate(&[walk], &older, settings, true, &());
         let learned = learned.map_err(|(_, error)| error)?;
-        if let Some(before) = before {
-            let lost_nats =
-                self.ln_evidence(stretch, before)? - self.ln_evidence(stretch, known)?;
-            if lost_nats > WORSE_NATS {
-                return Ok(Outcome::FellBack { lost_nats });
-            }
+        let lost_nats = before
+            .map(|before| -> Result<f64, LearnError> {
+                Ok(self.ln_evidence(stretch, before)? - self.ln_evidence(stretch, known)?)
+            })
+            .transpose()?;
+        if let Some(lost_nats) = lost_nats.filter(|lost_nats| predicts_worse(*lost_nats)) {
+            return Ok(Outcome::FellBack { lost_nats });
         }
         let gain_nats =
             self.ln_evidence(compared, &learned.robot)? - self.ln_evidence(compared, known)?;
-        // What cannot be compared is no better.
-        if gain_nats.is_nan() || gain_nats <= 0.0 {
+        if !predicts_better(gain_nats) {
             return Ok(Outcome::NoBetter {
                 lost_nats: -gain_nats,
             });
@@ -145,6 +157,44 @@ impl Round<'_> {
             walk_start: stretch.walk_start,
             from_s: Some(stretch.from_s),
             ..self.identification.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_in_use_changes_only_for_more_evidence() {
+        // A robot that does not walk at all has none.
+        let none = f64::NEG_INFINITY;
+        for (of_new, of_known, used) in [
+            (10.0, 9.9, true),
+            (9.9, 10.0, false),
+            (10.0, 10.0, false),
+            (10.0, none, true),
+            (none, 10.0, false),
+            (none, none, false),
+        ] {
+            assert_eq!(
+                predicts_better(of_new - of_known),
+                used,
+                "{of_new} {of_known}"
+            );
+        }
+        for (of_before, of_known, taken_back) in [
+            (10.0, 8.0, true),
+            (10.0, 9.5, false),
+            (8.0, 10.0, false),
+            (10.0, none, true),
+            (none, none, false),
+        ] {
+            assert_eq!(
+                predicts_worse(of_before - of_known),
+                taken_back,
+                "{of_before} {of_known}"
+            );
         }
     }
 }

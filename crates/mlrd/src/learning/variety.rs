@@ -101,7 +101,7 @@ impl Variety {
 
     /// The stretch to learn from, and another one, which stays, to compare calibrations on; none
     /// while there are no two.
-    pub fn next(&mut self) -> Option<(Arc<WalkStretch>, Arc<WalkStretch>)> {
+    pub fn take_pair(&mut self) -> Option<(Arc<WalkStretch>, Arc<WalkStretch>)> {
         if self.kept.len() < 2 {
             return None;
         }
@@ -154,16 +154,16 @@ mod tests {
     fn what_is_new_comes_first_and_is_compared_on_what_is_unlike_it() {
         let mut variety = Variety::new(4);
         variety.offer(stretch(10.0, 0.0));
-        assert!(variety.next().is_none(), "nothing to compare on");
+        assert!(variety.take_pair().is_none(), "nothing to compare on");
         variety.offer(stretch(20.0, 0.0));
-        let (first, compared) = variety.next().unwrap();
+        let (first, compared) = variety.take_pair().unwrap();
         assert_eq!((first.from_s, compared.from_s), (10.0, 20.0));
         variety.offer(stretch(30.0, 2.0));
         variety.offer(stretch(40.0, 0.1));
-        let (second, compared) = variety.next().unwrap();
+        let (second, compared) = variety.take_pair().unwrap();
         assert_eq!((second.from_s, compared.from_s), (30.0, 20.0));
         variety.clear();
-        assert!(variety.next().is_none());
+        assert!(variety.take_pair().is_none());
     }
 
     #[test]

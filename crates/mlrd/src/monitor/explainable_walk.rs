@@ -113,7 +113,7 @@ impl ExplainableWalk {
     }
 
     /// Where it begins, while it goes on.
-    pub(super) fn from_s(&self) -> Option<f64> {
+    pub(super) fn begins_s(&self) -> Option<f64> {
         match self {
             Self::Growing { from_s } => Some(*from_s),
             _ => None,

@@ -394,7 +394,7 @@ impl Monitor {
         if !self.explainable.is_due(now_s, self.window_s) {
             return;
         }
-        let from_s = self.explainable.from_s();
+        let from_s = self.explainable.begins_s();
         let seen = WalkSeen {
             motion_start_s: self.motion_start_s,
             cycle_start_s: from_s.and_then(|from_s| self.cycles.cycle_start_s(from_s)),

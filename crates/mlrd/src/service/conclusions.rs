@@ -34,7 +34,7 @@ impl Service {
             Action::Explain(request) => {
                 if self.explains {
                     let robot = robot();
-                    self.ask(Job::Explain(request, sensing, robot));
+                    self.ask(Job::Explain(Box::new(request), sensing, robot));
                 }
             }
             Action::Learn(stretch) => self.lessons.offer(*stretch),

@@ -113,7 +113,7 @@ impl Service {
         {
             return;
         }
-        let Some((stretch, compared)) = lessons.stretches.next() else {
+        let Some((stretch, compared)) = lessons.stretches.take_pair() else {
             return;
         };
         lessons.under_way = true;
