@@ -54,7 +54,8 @@ fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation 
         SimulationSettings::default(),
     );
     let mut settings = EvidenceSettings::default();
-    settings.effort.most_effects = 1;
+    // Single effects on one robot: less has to be tried.
+    (settings.effort.most_effects, settings.effort.entrants) = (1, 24);
     let found = explain_walk(record, &model, &[suspect], &|_| 0.0, &settings, &());
     found.unwrap()
 }
