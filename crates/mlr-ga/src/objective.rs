@@ -5,6 +5,7 @@ mod log_comparison;
 use std::collections::BTreeMap;
 
 use mlr_model::{LostLinks, Morphology};
+use mlr_residual::ln_mean;
 use serde::{Deserialize, Serialize};
 
 use self::log_comparison::LogComparison;
@@ -237,16 +238,6 @@ impl<'a> WalkObjective<'a> {
             ln_rest -= self.logs.get(index + 1).map_or(0.0, LogComparison::ln_most);
         }
     }
-}
-
-/// Logarithm of the mean of so many numbers, of which those not given are negligible.
-fn ln_mean(ln_numbers: impl Iterator<Item = f64> + Clone, count: usize) -> f64 {
-    let best = ln_numbers.clone().fold(f64::NEG_INFINITY, f64::max);
-    if !best.is_finite() {
-        return f64::NEG_INFINITY;
-    }
-    let sum: f64 = ln_numbers.map(|ln| (ln - best).exp()).sum();
-    best + (sum / count as f64).ln()
 }
 
 /// What a case of a candidate came to.

@@ -11,8 +11,8 @@ use mlr_model::{
 };
 
 use crate::{
-    Evaluation, IdentifySettings, LossHypothesis, MeasuredWalk, Objective,
-    comparison::ComparableWalk, mean_error_deg, orientation_error_rad,
+    IdentifySettings, LossHypothesis, MeasuredWalk, comparison::ComparableWalk, mean_error_deg,
+    orientation_error_rad,
 };
 
 /// Simulates a candidate on the nominal model, filters its orientation and compares
@@ -127,21 +127,6 @@ impl PaperCost {
             .iter()
             .filter_map(|&lost_links| self.of(candidate, lost_links))
             .min_by(|a, b| a.cost_rad.total_cmp(&b.cost_rad))
-    }
-}
-
-impl Objective for PaperCost {
-    /// The cost is F per sample and axis, in degrees.
-    fn evaluate(&self, candidate: &Morphology, _limit_deg: f64) -> Evaluation {
-        let least = self.least(candidate);
-        Evaluation {
-            cost_deg: least
-                .as_ref()
-                .map_or(f64::INFINITY, PaperFit::mean_error_deg),
-            fits: Vec::new(),
-            abandoned: false,
-            diverged: usize::from(least.is_none()),
-        }
     }
 }
 

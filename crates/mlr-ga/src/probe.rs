@@ -121,6 +121,36 @@ pub struct Segment {
     information: Vec<Information>,
 }
 
+/// Why a walk is no segment.
+enum LeftOut {
+    /// Feet are out of reach.
+    Reach(ModelError),
+    /// Joints would have to turn faster than their servos can.
+    Speed(ModelError),
+    /// It breaks a bound.
+    Bound(BrokenBound),
+}
+
+impl LeftOut {
+    /// For people: what robots would do.
+    fn describe(&self) -> &'static str {
+        match self {
+            Self::Reach(_) => "are out of reach",
+            Self::Speed(_) => "are too fast for the servos",
+            Self::Bound(broken) => broken.describe(),
+        }
+    }
+}
+
+impl From<LeftOut> for ProbeError {
+    fn from(of_plain_walk: LeftOut) -> Self {
+        match of_plain_walk {
+            LeftOut::Reach(error) | LeftOut::Speed(error) => error.into(),
+            LeftOut::Bound(broken) => Self::NoSegment(broken),
+        }
+    }
+}
+
 /// Step cycles of a segment at full stride or growing.
 const CYCLES: usize = 2;
 /// Other steps that the legs of the most informative segments try: stride, lift and period over those
@@ -164,21 +194,12 @@ pub fn calibration_motion(
             cycles: CYCLES,
         })
         .collect();
-    let (plain, folded) = walks.split_at(1);
-    let mut plain_left_out = BTreeMap::new();
+    // The first has no leg folded.
+    let (plain, folded) = (&walks[0], &walks[1..]);
     let mut candidates = walks.len();
     progress.expect_more(walks.len() + VARIED * STEPS.len() + 2);
-    let opening = search.kept(plain, &mut plain_left_out)?;
-    let Some(opening) = opening.into_iter().next() else {
-        let whole = search.joined(&plain[..1])?;
-        let moved_s = whole.duration_s().unwrap_or_default();
-        let broken = search
-            .ensemble
-            .broken_bound(&whole, moved_s, settings.bounds)?;
-        return Err(ProbeError::NoSegment(
-            broken.unwrap_or(BrokenBound::Diverges),
-        ));
-    };
+    let opening = search.segment(plain)??;
+    progress.advance();
     let mut segments = search.kept(folded, &mut left_out)?;
     segments.sort_by(|a, b| b.rate().total_cmp(&a.rate()));
     let varied: Vec<FoldedWalk> = segments
@@ -192,11 +213,7 @@ pub fn calibration_motion(
     let whole = loop {
         let walks: Vec<FoldedWalk> = chosen.iter().map(|one| one.walk.clone()).collect();
         let whole = search.joined(&walks)?;
-        let moved_s = whole.duration_s().unwrap_or_default();
-        let broken = search
-            .ensemble
-            .broken_bound(&whole, moved_s, settings.bounds)?;
-        match broken {
+        match search.broken_bound(&whole)? {
             Some(broken) if chosen.len() == 1 => return Err(ProbeError::NoSegment(broken)),
             // Segments are simulated alone; what they leave of the one before may be too much.
             Some(_) => drop(chosen.pop()),
@@ -271,29 +288,34 @@ impl Search<'_> {
         for walk in walks {
             match self.segment(walk)? {
                 Ok(segment) => kept.push(segment),
-                Err(reason) => *left_out.entry(reason.into()).or_default() += 1,
+                Err(why) => *left_out.entry(why.describe().into()).or_default() += 1,
             }
             self.progress.advance();
         }
         Ok(kept)
     }
 
+    /// The first bound that a whole motion breaks.
+    fn broken_bound(&self, motion: &Gait) -> Result<Option<BrokenBound>, WalkError> {
+        let duration_s = motion.duration_s().unwrap_or_default();
+        let bounds = self.settings.bounds;
+        self.ensemble.broken_bound(motion, duration_s, bounds)
+    }
+
     /// A walk with what it tells, or why it is left out.
-    fn segment(&self, walk: &FoldedWalk) -> Result<Result<Segment, &'static str>, ProbeError> {
+    fn segment(&self, walk: &FoldedWalk) -> Result<Result<Segment, LeftOut>, ProbeError> {
         let gait = match self.joined(std::slice::from_ref(walk)) {
             Ok(gait) => gait,
-            Err(ModelError::Unreachable { .. }) => return Ok(Err("are out of reach")),
-            // Faster than the servos.
-            Err(ModelError::Setting(_)) if !walk.folded_legs.is_empty() => {
-                return Ok(Err("are too fast for the servos"));
+            Err(error @ ModelError::Unreachable { .. }) => return Ok(Err(LeftOut::Reach(error))),
+            Err(error @ ModelError::Setting(_)) if !walk.folded_legs.is_empty() => {
+                return Ok(Err(LeftOut::Speed(error)));
             }
             Err(error) => return Err(error.into()),
         };
-        let duration_s = gait.duration_s().unwrap_or_default();
-        let bounds = self.settings.bounds;
-        if let Some(broken) = self.ensemble.broken_bound(&gait, duration_s, bounds)? {
-            return Ok(Err(broken.describe()));
+        if let Some(broken) = self.broken_bound(&gait)? {
+            return Ok(Err(LeftOut::Bound(broken)));
         }
+        let duration_s = gait.duration_s().unwrap_or_default();
         let robots = self.settings.informed_robots;
         let information = self.ensemble.information(&gait, duration_s, robots)?;
         Ok(Ok(Segment {

@@ -54,19 +54,15 @@ impl Scene {
                 .folder
                 .succeeds(&scene.with_files(&["atlas", "build", "-o", &scene.atlas]));
         assert!(said.contains("MB"), "{said}");
-        let model = ["--robot", &scene.robot, "--gait", &scene.gait];
-        let mut simulate = vec![
-            "simulate",
-            "--legs-lost",
-            "1",
-            "--walk-s",
-            "6",
-            "-o",
-            &scene.log,
-        ];
-        simulate.extend(model);
-        scene.folder.succeeds(&simulate);
+        scene.simulate("1", &scene.gait, &scene.log);
         scene
+    }
+
+    /// Writes six seconds of its walk without these legs.
+    fn simulate(&self, legs_lost: &str, gait: &str, log: &str) {
+        let without = ["simulate", "--legs-lost", legs_lost, "--walk-s", "6"];
+        let model = ["--robot", &self.robot, "--gait", gait, "-o", log];
+        self.folder.succeeds(&[&without[..], &model].concat());
     }
 
     fn with_files<'a>(&'a self, arguments: &[&'a str]) -> Vec<&'a str> {
@@ -151,10 +147,7 @@ fn a_smaller_atlas_knows_few_damaged_legs_and_says_so() {
     assert!(size(&small) < size(&scene.atlas) / 5);
 
     let two_lost = scene.folder.path("two.csv");
-    let model = ["--robot", &scene.robot, "--gait", &scene.gait];
-    let simulate = ["simulate", "--legs-lost", "1,2", "--walk-s", "6"];
-    let simulate = [&simulate[..], &["-o", &two_lost], &model].concat();
-    scene.folder.succeeds(&simulate);
+    scene.simulate("1,2", &scene.gait, &two_lost);
     let answer = |log: &str, more: &[&str]| -> Value {
         let mut arguments = scene.with_files(&["identify", log, "--json"]);
         arguments.extend(more);
@@ -191,17 +184,7 @@ fn an_atlas_serves_the_logs_of_its_gait() {
                  [genetic]\nislands = 1\ngenerations = 1\ncomplete = false\n";
     let quick = scene.folder.write("quick.toml", quick);
     let other = scene.folder.path("slower.csv");
-    let simulate = [
-        "simulate",
-        "--legs-lost",
-        "1",
-        "--walk-s",
-        "6",
-        "-o",
-        &other,
-    ];
-    let model = ["--robot", &scene.robot, "--gait", &slower];
-    scene.folder.succeeds(&[&simulate[..], &model].concat());
+    scene.simulate("1", &slower, &other);
     let identify = |gaits: [&str; 2], more: &[&str]| -> Vec<String> {
         let both = [
             "identify", &scene.log, &other, "--json", "--gait", gaits[0], "--gait", gaits[1],

@@ -50,7 +50,7 @@ pub mod walk_effects;
 
 pub use error::SensorError;
 pub use parameter::Parameter;
-pub use posterior::Posterior;
+pub use posterior::{Posterior, ln_mean};
 pub use prior::Prior;
 pub use progress::Progress;
 pub use report::{Baseline, Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};

@@ -7,6 +7,17 @@ pub struct Posterior<T> {
     ranked: Vec<(T, f64)>,
 }
 
+/// Logarithm of the mean of so many numbers by their logarithms. Those not given are negligible;
+/// minus infinity where all are.
+pub fn ln_mean(ln_numbers: impl Iterator<Item = f64> + Clone, count: usize) -> f64 {
+    let greatest = ln_numbers.clone().fold(f64::NEG_INFINITY, f64::max);
+    if !greatest.is_finite() {
+        return f64::NEG_INFINITY;
+    }
+    let sum: f64 = ln_numbers.map(|ln| (ln - greatest).exp()).sum();
+    greatest + (sum / count as f64).ln()
+}
+
 impl<T> Posterior<T> {
     /// Normalises logarithms of likelihood times prior. Of equals, the first stays first.
     pub fn new(ln_weights: impl IntoIterator<Item = (T, f64)>) -> Self {

@@ -45,26 +45,15 @@ population = 8
 generations = 4
 islands = 1
 ";
-/// While the robot is healthy, damage is looked for, and what no effect of the library makes.
-const HEALTHY: &str = "
-[explanation.effort]
-bases = 1
-screened = 0
-entrants = 1
-further_entrants = 0
-extended = 0
-most_effects = 0
-";
-/// Later, effects are looked for as well.
-const DAMAGED: &str = "
-[explanation.effort]
-bases = 1
-screened = 1
-entrants = 1
-further_entrants = 0
-extended = 0
-most_effects = 1
-";
+/// All settings, where so many effects are looked for beside damage and what no effect of the library
+/// makes.
+fn settings(most_effects: usize) -> String {
+    let effort = format!(
+        "[explanation.effort]\nbases = 1\nscreened = {most_effects}\nentrants = 1\n\
+         further_entrants = 0\nextended = 0\nmost_effects = {most_effects}\n"
+    );
+    format!("{LITTLE}{effort}")
+}
 
 /// By how much its sensor is knocked out of place in the end.
 const KNOCKED_DEG: f64 = 3.0;
@@ -201,7 +190,7 @@ fn a_robot_is_learned_and_explained_across_a_restart_and_a_kill() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let (port, config, state) = (at("imu"), at("mlrd.toml"), at("state"));
-    fs::write(&config, format!("{LITTLE}{HEALTHY}")).unwrap();
+    fs::write(&config, settings(0)).unwrap();
     let begin = Instant::now();
     let told = |what: &str| println!("{:6.1} s: {what}", begin.elapsed().as_secs_f64());
 
@@ -235,7 +224,7 @@ fn a_robot_is_learned_and_explained_across_a_restart_and_a_kill() {
     told("restarted, and killed");
 
     // Its sensor is knocked, which nobody tells; it walks for 40 s and loses a leg.
-    fs::write(&config, format!("{LITTLE}{DAMAGED}")).unwrap();
+    fs::write(&config, settings(1)).unwrap();
     let (daemon, start) = started(&port, &config, &state);
     assert_eq!(start["calibration"]["walks"], 1);
     let knocked = own.clone().with_added(ROLL, KNOCKED_DEG);

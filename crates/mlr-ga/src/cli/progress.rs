@@ -7,39 +7,35 @@ use mlr_ga::Progress;
 pub(super) struct Bar(ProgressBar);
 
 impl Bar {
+    /// A bar over the morphologies of a search.
     pub(super) fn new() -> Self {
-        let style = ProgressStyle::with_template(
-            "{bar:40} {pos}/{len} morphologies, {elapsed} elapsed, {eta} to go",
-        )
-        .expect("the template is a constant that a test renders");
-        Self(ProgressBar::new(0).with_style(style))
+        Self::over("morphologies")
     }
 
     /// A bar over the steps of an explanation.
     pub(super) fn of_steps() -> Self {
-        let style = ProgressStyle::with_template(
-            "{bar:40} {pos}/{len} walks and fits, {elapsed} elapsed, {eta} to go",
-        )
-        .expect("the template is a constant that a test renders");
-        Self(ProgressBar::new(0).with_style(style))
+        Self::over("walks and fits")
     }
 
     /// A bar over the candidates of a motion.
     pub(super) fn of_motions() -> Self {
-        let style = ProgressStyle::with_template(
-            "{bar:40} {pos}/{len} motions, {elapsed} elapsed, {eta} to go",
-        )
-        .expect("the template is a constant that a test renders");
-        Self(ProgressBar::new(0).with_style(style))
+        Self::over("motions")
     }
 
     /// A bar over a directory of logs.
     pub(super) fn of_logs(logs: usize) -> Self {
-        let style = ProgressStyle::with_template(
-            "{bar:40} {pos}/{len} logs, {elapsed} elapsed, {eta} to go",
-        )
-        .expect("the template is a constant that a test renders");
-        Self(ProgressBar::new(logs as u64).with_style(style))
+        let bar = Self::over("logs");
+        bar.0.set_length(logs as u64);
+        bar
+    }
+
+    /// A bar over things of this name, of which none is expected so far.
+    fn over(things: &str) -> Self {
+        let template =
+            format!("{{bar:40}} {{pos}}/{{len}} {things}, {{elapsed}} elapsed, {{eta}} to go");
+        let style = ProgressStyle::with_template(&template)
+            .expect("the template differs by a name alone, and a test renders it");
+        Self(ProgressBar::new(0).with_style(style))
     }
 
     pub(super) fn next_log(&self) {

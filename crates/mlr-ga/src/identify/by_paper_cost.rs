@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     ALTERNATIVES, Alternative, BestFit, IdentifySettings, LogVerdict, MeasuredLog, Search, Verdict,
-    by_posterior::paper_costs, searched::Searched,
+    paper_costs, searched::Searched,
 };
 use crate::{
     AnswerError, Evaluations, Progress,

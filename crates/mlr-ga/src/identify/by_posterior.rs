@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use super::{
     ALTERNATIVES, Alternative, BestFit, IdentifySettings, LogVerdict, MeasuredLog, Search, Verdict,
-    leading, model_walks::ModelWalks, searched::Searched,
+    leading, model_walks::ModelWalks, paper_costs, searched::Searched,
 };
 use crate::{
     AnswerError, Evaluations, Progress, WalkObjective,
     belief::{Belief, DamagePrior, Posterior},
     evaluation::CaseFit,
-    paper_cost::{PaperCost, PaperCosts},
+    paper_cost::PaperCosts,
     walks::WalkSource,
 };
 
@@ -113,18 +113,6 @@ fn atlas_warnings(logs: &[MeasuredLog<'_>]) -> Vec<String> {
     let mut warnings: Vec<String> = warnings.collect();
     warnings.dedup();
     warnings
-}
-
-/// F of candidates for all logs.
-pub(super) fn paper_costs(
-    logs: &[MeasuredLog<'_>],
-    settings: &IdentifySettings,
-) -> Result<PaperCosts, (usize, AnswerError)> {
-    let costs = logs.iter().enumerate().map(|(index, (measured, model))| {
-        let cost = PaperCost::new(measured, model.robot, model.gait, settings);
-        cost.map_err(|error| (index, error.into()))
-    });
-    Ok(PaperCosts::new(costs.collect::<Result<_, _>>()?))
 }
 
 /// Probability that something else than damage to legs decides how the robot walks, as its

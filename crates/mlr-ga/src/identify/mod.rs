@@ -26,7 +26,12 @@ use mlr_imu::Recording;
 use mlr_model::{Gait, Morphology, Robot};
 use searched::Searched;
 
-use crate::{AnswerError, Model, Progress, atlas::Atlas, belief::Belief};
+use crate::{
+    AnswerError, Model, Progress,
+    atlas::Atlas,
+    belief::Belief,
+    paper_cost::{PaperCost, PaperCosts},
+};
 
 /// How many alternatives are reported.
 const ALTERNATIVES: usize = 5;
@@ -100,6 +105,18 @@ pub fn identify_together(
 
 /// A walk that is identified, with the model that it is compared with.
 type MeasuredLog<'a> = (MeasuredWalk, Model<'a>);
+
+/// F of candidates for all logs.
+fn paper_costs(
+    logs: &[MeasuredLog<'_>],
+    settings: &IdentifySettings,
+) -> Result<PaperCosts, (usize, AnswerError)> {
+    let costs = logs.iter().enumerate().map(|(index, (measured, model))| {
+        let cost = PaperCost::new(measured, model.robot, model.gait, settings);
+        cost.map_err(|error| (index, error.into()))
+    });
+    Ok(PaperCosts::new(costs.collect::<Result<_, _>>()?))
+}
 
 /// What a method decided.
 struct Verdict {

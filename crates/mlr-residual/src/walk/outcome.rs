@@ -11,7 +11,7 @@ use super::{
     observation::Whitening,
     search::{Judged, Searched},
 };
-use crate::Posterior;
+use crate::{Posterior, ln_mean};
 
 /// The likeliest hypotheses that something unknown may add to.
 const WITH_UNKNOWN: usize = 3;
@@ -162,7 +162,5 @@ fn ln_gain_of_unknown(
     let each: Vec<f64> = anywhere
         .map(|unknown| ln(&observation.with_unknown(&usual, spread, unknown)))
         .collect();
-    let greatest = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = each.iter().map(|ln| (ln - greatest).exp()).sum();
-    Some(greatest + (sum / Unknown::ANYWHERE.len() as f64).ln() - without)
+    Some(ln_mean(each.iter().copied(), each.len()) - without)
 }
