@@ -33,6 +33,7 @@
 //! x86-64 and aarch64 alike: rapier runs with `enhanced-determinism`, and every
 //! sine, cosine and arctangent on the way comes from the `libm` crate.
 
+pub mod bench;
 mod error;
 mod fault;
 mod gait;
@@ -51,8 +52,8 @@ pub use gait::{FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajec
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
 pub use robot::{
-    Body, Calibration, ContactShape, Gaussian, Imu, JointAxis, Leg, Link, Robot, RobotParameter,
-    Servo,
+    Body, Calibration, ContactShape, Drive, Gaussian, Imu, JointAxis, Leg, Link, Robot,
+    RobotParameter, Servo,
 };
 pub use setting_place::located;
 pub use simulation::{

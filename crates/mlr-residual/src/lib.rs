@@ -30,11 +30,17 @@
 //! ([`walk_effects`]): by the evidence of hypotheses, the parameters that robots of one make
 //! differ by ([`walk::NuisanceSettings`]) integrated out, and with what the physics engine
 //! gets wrong of the right robot ([`walk::Discrepancy`]).
+//!
+//! The model of a servo on a bench is the servo of the walking robot
+//! ([`mlr_model::bench`]). [`servo::explain_servo()`] compares it with recordings of a real one, and
+//! adds effects of motor and gears ([`servo_effects`]) by their evidence.
 
 mod baselines;
+mod effect_parameter;
 mod error;
 mod fit;
 mod fitted_model;
+mod laplace;
 mod parameter;
 mod posterior;
 mod prior;
@@ -43,11 +49,14 @@ mod report;
 mod selection;
 mod sensor;
 pub mod sensor_effects;
+pub mod servo;
+pub mod servo_effects;
 mod statistics;
 mod transfer;
 pub mod walk;
 pub mod walk_effects;
 
+pub use effect_parameter::EffectParameter;
 pub use error::SensorError;
 pub use parameter::Parameter;
 pub use posterior::{Posterior, ln_mean};

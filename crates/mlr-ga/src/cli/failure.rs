@@ -3,7 +3,7 @@
 use std::{io, process::ExitCode};
 
 use mlr_ga::{AnswerError, CalibrateError, ExplainError};
-use mlr_residual::SensorError;
+use mlr_residual::{SensorError, servo::ServoError};
 
 /// The log was read and cannot answer.
 const CANNOT_ANSWER: u8 = 1;
@@ -37,6 +37,9 @@ pub(super) fn exit_status(result: anyhow::Result<()>) -> ExitCode {
             || cause
                 .downcast_ref::<SensorError>()
                 .is_some_and(SensorError::is_recordings_fault)
+            || cause
+                .downcast_ref::<ServoError>()
+                .is_some_and(ServoError::is_recordings_fault)
     });
     ExitCode::from(if cannot_answer {
         CANNOT_ANSWER

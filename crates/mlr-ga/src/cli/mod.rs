@@ -11,6 +11,7 @@ mod evaluate_discrepancy;
 mod evaluate_effects;
 mod explain;
 mod explain_sensor;
+mod explain_servo;
 mod failure;
 mod identify;
 mod log_file;
@@ -68,6 +69,11 @@ enum Command {
     /// Traces what a gyroscope's integrated rate misses of a measured angle to effects that its
     /// data sheet lacks.
     ExplainSensor(explain_sensor::ExplainSensorOptions),
+    /// Finds what a real servo has that its data sheet lacks: friction, rotor, play, delay.
+    ///
+    /// The servo of the walking robot's model swings a pendulum on a bench; effects are added to it as
+    /// long as their evidence grows.
+    ExplainServo(explain_servo::ExplainServoOptions),
     /// Finds the robot's own parameters in walks in which nothing is wrong with it.
     ///
     /// What robots of one make differ by is fitted to the walks, and how surely it is known. Every
@@ -120,6 +126,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Compare(options) => compare::run(options),
         Command::Explain(options) => explain::run(options),
         Command::ExplainSensor(options) => explain_sensor::run(options),
+        Command::ExplainServo(options) => explain_servo::run(options),
         Command::Calibrate(options) => calibrate::run(options),
         Command::Probe(options) => probe::run(options),
         Command::Simulate(options) => simulate::run(options),

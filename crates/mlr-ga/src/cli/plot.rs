@@ -5,11 +5,13 @@ use std::error::Error;
 use anyhow::anyhow;
 use mlr_filter::OrientationSeries;
 use mlr_ga::{ComparedSignals, Detection};
+use mlr_residual::servo::{ServoExplanation, ServoRecording};
 use plotters::{coord::Shift, prelude::*};
 
 const SIZE: (u32, u32) = (900, 640);
 const MEASURED: RGBColor = RGBColor(0x1f, 0x4e, 0x79);
 const SIMULATED: RGBColor = RGBColor(0xd9, 0x6b, 0x0b);
+const GOAL: RGBColor = RGBColor(0x9a, 0x9a, 0x9a);
 const ALARM: RGBColor = RGBColor(0xb0, 0x1e, 0x2e);
 const FONT: &str = "sans-serif";
 
@@ -17,6 +19,7 @@ type Drawn = Result<(), Box<dyn Error>>;
 type Row<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// A curve of (time in s, degrees), with its name in the legend.
+#[derive(Clone)]
 struct Curve {
     name: &'static str,
     color: RGBColor,
@@ -132,6 +135,57 @@ pub(super) fn detection(
     )
 }
 
+/// Goal, reported angle, and what the servo as described and the one with its effects would report, a
+/// row for each recording.
+pub(super) fn servo(
+    recordings: &[&ServoRecording],
+    found: &ServoExplanation,
+) -> anyhow::Result<String> {
+    let each = recordings.iter().zip(&found.signals).zip(&found.recordings);
+    let rows: Vec<(String, Vec<Curve>)> = each
+        .map(|((recording, signals), error)| {
+            let curve = |name, color, angles_rad: &[f64]| Curve {
+                name,
+                color,
+                points: recording
+                    .times_s
+                    .iter()
+                    .copied()
+                    .zip(degrees(angles_rad))
+                    .collect(),
+            };
+            let file = std::path::Path::new(&recording.name).file_name();
+            let name = file.map_or_else(
+                || recording.name.clone(),
+                |name| name.to_string_lossy().into(),
+            );
+            let name = name.split('.').next().unwrap_or_default();
+            let seen = if error.fitted { "fitted" } else { "unseen" };
+            let curves = vec![
+                curve("goal", GOAL, &recording.goals_rad),
+                curve("before", SIMULATED, &signals.before_rad),
+                curve("measured", MEASURED, &recording.positions_rad),
+                curve("after", ALARM, &signals.after_rad),
+            ];
+            (format!("{name}, {seen} [°]"), curves)
+        })
+        .collect();
+    let rows: Vec<(&str, Vec<Curve>)> = rows
+        .iter()
+        .map(|(name, curves)| (name.as_str(), curves.clone()))
+        .collect();
+    picture(
+        "the servo before and after",
+        "time of the recording [s]",
+        &rows,
+        |_, _| Ok(()),
+    )
+}
+
+fn degrees(angles_rad: &[f64]) -> impl Iterator<Item = f64> {
+    angles_rad.iter().map(|angle| angle.to_degrees())
+}
+
 type Chart<'a, 'b> = ChartContext<
     'a,
     SVGBackend<'b>,
@@ -143,12 +197,14 @@ type Chart<'a, 'b> = ChartContext<
 fn picture(
     title: &str,
     time_axis: &str,
-    rows: &[(&str, Vec<Curve>); 3],
+    rows: &[(&str, Vec<Curve>)],
     mark: impl Fn(&mut Chart<'_, '_>, (f64, f64)) -> Drawn,
 ) -> anyhow::Result<String> {
     let mut svg = String::new();
+    // Three rows fill the usual size.
+    let size = (SIZE.0, SIZE.1 * rows.len().max(3) as u32 / 3);
     let mut draw = || -> Drawn {
-        let picture = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let picture = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         picture.fill(&WHITE)?;
         let picture = picture.titled(title, (FONT, 20))?;
         let areas = picture.split_evenly((rows.len(), 1));

@@ -5,12 +5,13 @@ mod edit;
 mod file;
 mod imu;
 mod parameter;
+mod servo;
 
 pub use calibration::{Calibration, Gaussian};
 pub use imu::Imu;
 pub use parameter::RobotParameter;
+pub use servo::{Drive, Servo};
 
-use mlr_filter::SettingError;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::{ModelError, morphology::LegLayout, setting_place::located};
@@ -160,53 +161,6 @@ impl Body {
     fn scale_mass(&mut self, by: f64) {
         self.mass_kg *= by;
         self.inertia_kg_m2 *= by;
-    }
-}
-
-/// A position servo: a spring and a damper towards the held, delayed and
-/// rate-limited command.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Servo {
-    /// Torque per radian of position error.
-    pub stiffness_nm_per_rad: f64,
-    /// Torque per rad/s of joint speed.
-    pub damping_nm_s_per_rad: f64,
-    /// Largest torque.
-    pub torque_limit_nm: f64,
-    /// Largest speed at which the servo's set point moves.
-    pub speed_limit_rad_per_s: f64,
-    /// How long the controller holds each command.
-    pub command_hold_s: f64,
-    /// Time from a command to its effect.
-    pub latency_s: f64,
-}
-
-impl Servo {
-    /// Least stiffness, in N m/rad.
-    pub(crate) const SOFTEST: f64 = 1e-9;
-    /// Largest stiffness, in N m/rad.
-    pub(crate) const STIFFEST: f64 = 1e6;
-
-    /// Checks every number. No damping and no latency are valid.
-    ///
-    /// # Errors
-    /// [`SettingError`] naming the first that makes no sense.
-    pub fn check(&self) -> Result<(), SettingError> {
-        let check = SettingError::check::<f64>;
-        let Self {
-            stiffness_nm_per_rad: stiffness,
-            damping_nm_s_per_rad: damping,
-            speed_limit_rad_per_s: speed_limit,
-            ..
-        } = *self;
-        let stiffnesses = Self::SOFTEST..=Self::STIFFEST;
-        check("stiffness_nm_per_rad", stiffness, stiffnesses, "N m/rad")?;
-        check("damping_nm_s_per_rad", damping, 0.0..=1e6, "N m s/rad")?;
-        check("torque_limit_nm", self.torque_limit_nm, 1e-9..=1e6, "N m")?;
-        check("speed_limit_rad_per_s", speed_limit, 1e-9..=1e6, "rad/s")?;
-        check("command_hold_s", self.command_hold_s, 1e-4..=1.0, "s")?;
-        check("latency_s", self.latency_s, 0.0..=1.0, "s")
     }
 }
 

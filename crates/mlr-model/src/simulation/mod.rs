@@ -3,8 +3,8 @@
 mod contacts;
 mod heading_frame;
 mod leg_state;
-mod rigid_mass;
-mod servo_state;
+pub(crate) mod rigid_mass;
+pub(crate) mod servo_state;
 mod settings;
 mod trajectory;
 mod walk;

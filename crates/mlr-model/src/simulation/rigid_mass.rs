@@ -6,14 +6,14 @@ use rapier3d::prelude::*;
 use crate::robot::{Link, rotation_about};
 
 /// Mass, centre of mass and inertia about it of a rigid part, in its own frame.
-pub(super) struct RigidMass {
+pub(crate) struct RigidMass {
     mass_kg: f64,
     center_m: Vector3<f64>,
     inertia_kg_m2: Matrix3<f64>,
 }
 
 impl RigidMass {
-    pub(super) fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
+    pub(crate) fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
         Self {
             mass_kg,
             center_m,
@@ -21,7 +21,7 @@ impl RigidMass {
         }
     }
 
-    pub(super) fn of_link(link: &Link) -> Self {
+    pub(crate) fn of_link(link: &Link) -> Self {
         Self::new(
             link.mass_kg,
             Vector3::new(link.center_of_mass_m, 0.0, 0.0),
@@ -31,7 +31,7 @@ impl RigidMass {
 
     /// Adds `links` rigidly, each at its locked angle, the first one's joint at
     /// `frame`.
-    pub(super) fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
+    pub(crate) fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
         let mut joint = frame;
         for link in links {
             let rotation = rotation_about(&link.joint.direction(), link.locked_rad);
@@ -42,7 +42,7 @@ impl RigidMass {
     }
 
     /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem).
-    pub(super) fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
+    pub(crate) fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
         let other_center = (frame * Point3::from(other.center_m)).coords;
         let turn = frame.rotation.to_rotation_matrix();
         let other_inertia = turn * other.inertia_kg_m2 * turn.transpose();
@@ -56,7 +56,7 @@ impl RigidMass {
         self.center_m = center_m;
     }
 
-    pub(super) fn properties(&self) -> MassProperties {
+    pub(crate) fn properties(&self) -> MassProperties {
         let center: Vector3<f32> = self.center_m.cast();
         let inertia: Matrix3<f32> = self.inertia_kg_m2.cast();
         MassProperties::with_inertia_matrix(
@@ -73,6 +73,6 @@ fn shift(mass_kg: f64, offset: Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// From a link's joint to its outer end, where the next one hangs.
-pub(super) fn outer_end(link: &Link) -> Isometry3<f64> {
+pub(crate) fn outer_end(link: &Link) -> Isometry3<f64> {
     Isometry3::translation(link.length_m, 0.0, 0.0)
 }

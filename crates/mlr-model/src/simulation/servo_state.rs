@@ -6,22 +6,26 @@ use crate::Servo;
 
 /// Index of the angular x axis in rapier's spatial layout: every joint turns
 /// about the x axis of its own frame.
-const HINGE_AXIS: usize = 3;
+pub(crate) const HINGE_AXIS: usize = 3;
+/// Stiffness of a spring whose torque does not change with the angle, N m/rad: enough for a torque
+/// to be given as the spring's rest angle, and too little to be felt.
+const LIMP: f64 = 1e-3;
 
 /// The moving set point of one servo.
 ///
 /// The servo's spring acts through rapier's implicit joint spring, which is
-/// stable at any time step; its damper through the multibody's joint damping.
-/// Each step moves the spring's rest angle.
+/// stable at any time step; its damper and viscous friction through the
+/// multibody's joint damping, dry friction through its friction rows. Each step
+/// moves the spring's rest angle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ServoState {
+pub(crate) struct ServoState {
     set_point_rad: f64,
     torque_nm: f64,
 }
 
 impl ServoState {
     /// At rest at `angle_rad`.
-    pub(super) fn at(angle_rad: f64) -> Self {
+    pub(crate) fn at(angle_rad: f64) -> Self {
         Self {
             set_point_rad: angle_rad,
             torque_nm: 0.0,
@@ -30,33 +34,62 @@ impl ServoState {
 
     /// Torque of the last step as predicted at its start, before the implicit
     /// correction within the step.
-    pub(super) fn torque_nm(&self) -> f64 {
+    pub(crate) fn torque_nm(&self) -> f64 {
         self.torque_nm
     }
 
     /// Moves the set point towards `command_rad`, no faster than the servo can,
-    /// and hangs the joint's spring so that spring and damper together stay
-    /// within the torque limit.
-    pub(super) fn drive(
+    /// and hangs the joint's spring so that its torque stays within the limit.
+    /// Returns the most that dry friction may hold against, in N m: with the load on the joint, or
+    /// where it is not known with the one that the motor would hold at rest.
+    pub(crate) fn drive(
         &mut self,
         servo: &Servo,
         command_rad: f64,
         joint_speed_rad_per_s: f32,
+        load_nm: Option<f64>,
         time_step_s: f64,
         link: &mut MultibodyLink,
-    ) {
+    ) -> f64 {
         let reach_rad = servo.speed_limit_rad_per_s * time_step_s;
         self.set_point_rad += (command_rad - self.set_point_rad).clamp(-reach_rad, reach_rad);
 
         let angle_rad = f64::from(link.joint.coords()[HINGE_AXIS]);
-        let damping_nm = servo.damping_nm_s_per_rad * f64::from(joint_speed_rad_per_s);
-        let wanted_nm = servo.stiffness_nm_per_rad * (self.set_point_rad - angle_rad) - damping_nm;
-        self.torque_nm = wanted_nm.clamp(-servo.torque_limit_nm, servo.torque_limit_nm);
-        let rest_rad = angle_rad + (self.torque_nm + damping_nm) / servo.stiffness_nm_per_rad;
-        link.joint.set_spring(
-            HINGE_AXIS,
-            servo.stiffness_nm_per_rad as f32,
-            rest_rad as f32,
-        );
+        let speed_rad_per_s = f64::from(joint_speed_rad_per_s);
+        let error_rad = self.set_point_rad - angle_rad;
+        let stiffness = servo.stiffness_nm_per_rad;
+        let (spring_nm, stiffness) = if servo.drive.back_emf || servo.drive.has_gap() {
+            let (spring_nm, elastic) = servo.spring_nm(error_rad);
+            (spring_nm, if elastic { stiffness } else { LIMP })
+        } else {
+            let damping_nm = servo.damping_nm_s_per_rad * speed_rad_per_s;
+            let wanted_nm = stiffness * error_rad - damping_nm;
+            let limit_nm = servo.torque_limit_nm;
+            (wanted_nm.clamp(-limit_nm, limit_nm) + damping_nm, stiffness)
+        };
+        self.torque_nm = spring_nm - servo.damping_nm_s_per_rad * speed_rad_per_s;
+        let rest_rad = angle_rad + spring_nm / stiffness;
+        link.joint
+            .set_spring(HINGE_AXIS, stiffness as f32, rest_rad as f32);
+        let load_nm = load_nm.unwrap_or(-spring_nm);
+        servo
+            .drive
+            .dry_friction_nm(speed_rad_per_s, spring_nm, load_nm)
+    }
+
+    /// Lets go of the joint: the motor has no current. Returns the most that dry friction may hold
+    /// against, in N m.
+    pub(crate) fn release(
+        &mut self,
+        servo: &Servo,
+        joint_speed_rad_per_s: f32,
+        load_nm: f64,
+        link: &mut MultibodyLink,
+    ) -> f64 {
+        self.set_point_rad = f64::from(link.joint.coords()[HINGE_AXIS]);
+        self.torque_nm = 0.0;
+        link.joint.set_spring(HINGE_AXIS, 0.0, 0.0);
+        let speed_rad_per_s = f64::from(joint_speed_rad_per_s);
+        servo.drive.dry_friction_nm(speed_rad_per_s, 0.0, load_nm)
     }
 }

@@ -210,7 +210,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Bends the joints to the stance and gives them the servo's damping; the
+    /// Bends the joints to the stance and gives them the servo's damping and rotor; the
     /// free body keeps none of rapier's default damping.
     fn set_stance(&mut self, commands: &JointCommands) {
         let Some(multibody) = self
@@ -227,7 +227,10 @@ impl<'a> World<'a> {
                 .map_or(0, MultibodyLink::assembly_id);
             let leg = &self.legs[joint.leg];
             displacements[freedom] = leg.target_rad(commands, joint.link, 0.0) as f32;
-            multibody.damping_mut()[freedom] = leg.servo().damping_nm_s_per_rad as f32;
+            let servo = leg.servo();
+            let damping = servo.damping_nm_s_per_rad + servo.drive.viscous_nm_s_per_rad;
+            multibody.damping_mut()[freedom] = damping as f32;
+            multibody.armature_mut()[freedom] = servo.drive.armature_kg_m2 as f32;
         }
         multibody.apply_displacements(&displacements);
         multibody.forward_kinematics(&self.bodies, true);
@@ -319,15 +322,18 @@ impl<'a> World<'a> {
             let speed_rad_per_s = multibody.generalized_velocity()[freedom];
             let leg = &self.legs[joint.leg];
             let command_rad = leg.target_rad(commands, joint.link, command_time_s);
-            if let Some(link) = multibody.link_mut(index + 1) {
-                joint.servo.drive(
-                    leg.servo(),
-                    command_rad,
-                    speed_rad_per_s,
-                    self.time_step_s,
-                    link,
-                );
-            }
+            let Some(link) = multibody.link_mut(index + 1) else {
+                continue;
+            };
+            let friction_nm = joint.servo.drive(
+                leg.servo(),
+                command_rad,
+                speed_rad_per_s,
+                None,
+                self.time_step_s,
+                link,
+            );
+            multibody.frictions_mut()[freedom] = friction_nm as f32;
         }
     }
 

@@ -8,6 +8,7 @@ use super::{
     hypothesis::{Walked, Walker},
     observation::{GROUPS, Whitening},
 };
+use crate::laplace::{self, ln_volume};
 
 /// A hypothesis at its most probable parameters.
 #[derive(Debug, Clone)]
@@ -77,16 +78,6 @@ pub(super) fn curvature(
         sum += precision * rows.tr_mul(&rows);
     }
     sum
-}
-
-/// Logarithm of the volume of the posterior of the parameters over that of their prior; minus
-/// infinity where a curvature is not finite.
-fn ln_volume(mut curvature: DMatrix<f64>) -> f64 {
-    for k in 0..curvature.ncols() {
-        curvature[(k, k)] += 1.0;
-    }
-    let factors = curvature.cholesky();
-    factors.map_or(f64::NEG_INFINITY, |factors| -0.5 * factors.ln_determinant())
 }
 
 /// Logarithm of likelihood times prior density at these coordinates.
@@ -299,9 +290,7 @@ impl Walker<'_> {
 impl Fit {
     /// Covariance of the coordinates.
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
-        let p = self.curvature.ncols();
-        let prior = DMatrix::identity(p, p);
-        (&self.curvature + &prior).try_inverse().unwrap_or(prior)
+        laplace::covariance(self.curvature.clone())
     }
 }
 

@@ -16,7 +16,6 @@ mod gyro_bias;
 mod gyro_scale;
 mod imu_misalignment;
 mod joint_offset;
-mod parameter;
 mod payload;
 mod sensor_delay;
 mod servo_lag;
@@ -26,8 +25,8 @@ mod slope;
 mod stuck_joint;
 mod weak_leg;
 
+pub use crate::EffectParameter;
 pub use effect::{Place, WalkEffect};
-pub use parameter::EffectParameter;
 
 /// All effects: those of the body first, then those of the sensor.
 pub const LIBRARY: &[&dyn WalkEffect] = &[

@@ -1,6 +1,8 @@
+//! What is fitted of an effect of a walk or of a servo.
+
 use crate::Prior;
 
-/// A parameter of a walk effect. Its name ends in its unit; a ratio or a logarithm has none.
+/// A parameter of an effect. Its name ends in its unit; a ratio or a logarithm has none.
 ///
 /// Unlike a parameter of a sensor effect it always has a prior. A fit moves its coordinate: its
 /// distance from the mean of the prior, in standard deviations.
@@ -20,7 +22,7 @@ pub struct EffectParameter {
 
 impl EffectParameter {
     /// An unbounded parameter.
-    pub(super) fn new(name: &'static str, prior: Prior) -> Self {
+    pub(crate) fn new(name: &'static str, prior: Prior) -> Self {
         Self {
             name,
             prior,
@@ -30,8 +32,14 @@ impl EffectParameter {
         }
     }
 
+    /// One whose logarithm is normal about that of `median`, with this deviation.
+    pub(crate) fn ln(name: &'static str, median: f64, deviation: f64) -> Self {
+        let mean = median.ln();
+        Self::new(name, Prior::Normal { mean, deviation })
+    }
+
     /// A delay beyond the described one: 0.05 ± 0.03 s, from 0 to 0.5 s.
-    pub(super) fn delay() -> Self {
+    pub(crate) fn delay() -> Self {
         let prior = Prior::Normal {
             mean: 0.05,
             deviation: 0.03,
@@ -40,7 +48,7 @@ impl EffectParameter {
     }
 
     /// Sets the bounds.
-    pub(super) fn bounds(self, lower: f64, upper: f64) -> Self {
+    pub(crate) fn bounds(self, lower: f64, upper: f64) -> Self {
         Self {
             lower,
             upper,
@@ -49,7 +57,7 @@ impl EffectParameter {
     }
 
     /// Sets the value at which the effect is absent.
-    pub(super) fn neutral(self, value: f64) -> Self {
+    pub(crate) fn neutral(self, value: f64) -> Self {
         Self {
             neutral: Some(value),
             ..self

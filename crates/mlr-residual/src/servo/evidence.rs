@@ -1,0 +1,241 @@
+//! ln p(recordings | effects): the parameters of the effects integrated out by Laplace's approximation.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::{ServoRecording, hypothesis::Hypothesis};
+use crate::laplace::{self, ln_volume};
+
+/// Time over which errors of the best models of `data/real/servo-xl330` are alike, s: their integrated
+/// autocorrelation time. Errors this far apart count as independent.
+pub(super) const ERRORS_ALIKE_S: f64 = 0.25;
+/// Gain of the logarithm of the posterior density below which a fit has converged.
+const CONVERGED: f64 = 0.05;
+/// How far steps are held back, in units of the prior's precision (Levenberg).
+const DAMPINGS: [f64; 4] = [0.0, 10.0, 100.0, 1000.0];
+
+/// A hypothesis at its most probable parameters.
+#[derive(Debug, Clone)]
+pub(super) struct Fit<'a> {
+    pub(super) hypothesis: Hypothesis<'a>,
+    pub(super) z: DVector<f64>,
+    residual: DVector<f64>,
+    pub(super) jacobian: DMatrix<f64>,
+    /// Logarithm of the evidence.
+    pub(super) ln_evidence: f64,
+}
+
+/// Samples of each recording, where they stand in a residual.
+struct Recordings(Vec<Part>);
+
+struct Part {
+    samples: Range<usize>,
+    /// Errors that are independent of each other.
+    independent: f64,
+    /// Mean square that the encoder alone leaves, rad².
+    floor: f64,
+}
+
+impl Recordings {
+    fn new(recordings: &[ServoRecording]) -> Self {
+        let mut next = 0;
+        let part = |recording: &ServoRecording| {
+            let samples = next..next + recording.times_s.len();
+            next = samples.end;
+            Part {
+                samples,
+                independent: recording.duration_s() / ERRORS_ALIKE_S,
+                // Of a number that is rounded to steps, uniform over one.
+                floor: recording.resolution_rad().powi(2) / 12.0,
+            }
+        };
+        Self(recordings.iter().map(part).collect())
+    }
+
+    fn mean_squares<'s>(&'s self, residual: &'s DVector<f64>) -> impl Iterator<Item = f64> + 's {
+        self.0.iter().map(|part| {
+            let errors = residual.rows_range(part.samples.clone());
+            errors.norm_squared() / errors.len().max(1) as f64 + part.floor
+        })
+    }
+
+    /// Logarithm of the likelihood, up to a constant: errors of each recording are normal with a scale
+    /// of its own that is not known, each order of magnitude as probable as another.
+    fn ln_likelihood(&self, residual: &DVector<f64>) -> f64 {
+        let each = self.0.iter().zip(self.mean_squares(residual));
+        each.map(|(part, mean_square)| -0.5 * part.independent * mean_square.ln())
+            .sum()
+    }
+
+    /// The precision of each sample, such that samples count as many times as there are independent
+    /// errors.
+    fn precisions(&self, residual: &DVector<f64>) -> DVector<f64> {
+        let mut precisions = DVector::zeros(residual.len());
+        for (part, mean_square) in self.0.iter().zip(self.mean_squares(residual)) {
+            let share = part.independent / part.samples.len() as f64;
+            precisions
+                .rows_range_mut(part.samples.clone())
+                .fill(share / mean_square);
+        }
+        precisions
+    }
+
+    /// Curvature of minus the logarithm of the likelihood, and its slope.
+    fn normal_equations(
+        &self,
+        residual: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let precisions = self.precisions(residual);
+        let mut weighted = jacobian.clone();
+        for mut column in weighted.column_iter_mut() {
+            column.component_mul_assign(&precisions);
+        }
+        (jacobian.tr_mul(&weighted), weighted.tr_mul(residual))
+    }
+}
+
+impl<'a> Fit<'a> {
+    /// Up to so many steps from these coordinates; `None` where the bench does not stay finite there.
+    pub(super) fn from(hypothesis: Hypothesis<'a>, z: &DVector<f64>, steps: usize) -> Option<Self> {
+        let z = hypothesis.within_bounds(z);
+        let residual = hypothesis.residual_rad(&z)?;
+        let jacobian = hypothesis.jacobian(&z, &residual, 0..z.len());
+        let ln_evidence = f64::NEG_INFINITY;
+        let mut fit = Self {
+            hypothesis,
+            z,
+            residual,
+            jacobian,
+            ln_evidence,
+        };
+        for _ in 0..steps {
+            if !fit.step() {
+                break;
+            }
+        }
+        fit.ln_evidence = fit.integrated();
+        Some(fit)
+    }
+
+    /// A step of Gauss and Newton's method; whether it was worth while.
+    fn step(&mut self) -> bool {
+        if self.z.is_empty() {
+            return false;
+        }
+        let recordings = Recordings::new(self.hypothesis.recordings());
+        let (curvature, slope) = recordings.normal_equations(&self.residual, &self.jacobian);
+        let here = recordings.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
+        let tried = DAMPINGS.into_par_iter().filter_map(|damping| {
+            let mut normal = curvature.clone();
+            for k in 0..self.z.len() {
+                normal[(k, k)] += 1.0 + damping;
+            }
+            let step = normal.cholesky()?.solve(&(&slope - &self.z));
+            let z = self.hypothesis.within_bounds(&(&self.z + step));
+            let residual = self.hypothesis.residual_rad(&z)?;
+            let ln_posterior = recordings.ln_likelihood(&residual) - 0.5 * z.norm_squared();
+            Some((z, residual, ln_posterior))
+        });
+        let Some((z, residual, ln_posterior)) = tried.max_by(|a, b| a.2.total_cmp(&b.2)) else {
+            return false;
+        };
+        if ln_posterior <= here {
+            return false;
+        }
+        self.jacobian = self.hypothesis.jacobian(&z, &residual, 0..z.len());
+        (self.z, self.residual) = (z, residual);
+        ln_posterior > here + CONVERGED
+    }
+
+    /// Laplace's approximation here.
+    fn integrated(&self) -> f64 {
+        let recordings = Recordings::new(self.hypothesis.recordings());
+        let ln_posterior = recordings.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
+        let (curvature, _) = recordings.normal_equations(&self.residual, &self.jacobian);
+        ln_posterior + ln_volume(curvature) + self.hypothesis.ln_truncation()
+    }
+
+    /// Covariance of the coordinates.
+    pub(super) fn covariance(&self) -> DMatrix<f64> {
+        let recordings = Recordings::new(self.hypothesis.recordings());
+        let (curvature, _) = recordings.normal_equations(&self.residual, &self.jacobian);
+        laplace::covariance(curvature)
+    }
+
+    /// What the linear model about these values of an effect promises beside this fit: one walk for
+    /// each of its parameters, and one.
+    pub(super) fn promise_with(
+        &self,
+        larger: Hypothesis<'a>,
+        values: &[f64],
+    ) -> Option<Promise<'a>> {
+        let p = self.z.len();
+        let mut z = self.z.clone().resize_vertically(larger.dimension(), 0.0);
+        for (k, value) in (p..).zip(values) {
+            z[k] = larger.parameter(k).coordinate(*value);
+        }
+        let z = larger.within_bounds(&z);
+        let residual = larger.residual_rad(&z)?;
+        let own = larger.jacobian(&z, &residual, p..z.len());
+        let mut jacobian = self.jacobian.clone().insert_columns(p, own.ncols(), 0.0);
+        jacobian.columns_mut(p, own.ncols()).copy_from(&own);
+        Promise::new(larger, z, &residual, &jacobian)
+    }
+
+    /// What the linear model promises without one of the effects: one walk.
+    pub(super) fn promise_without(&self, left_out: usize) -> Option<Promise<'a>> {
+        let (smaller, z) = self.hypothesis.without(left_out, &self.z);
+        let columns = self.hypothesis.ranges().swap_remove(left_out);
+        let jacobian = self
+            .jacobian
+            .clone()
+            .remove_columns(columns.start, columns.len());
+        let residual = smaller.residual_rad(&z)?;
+        Promise::new(smaller, z, &residual, &jacobian)
+    }
+}
+
+/// A hypothesis before it is fitted.
+pub(super) struct Promise<'a> {
+    pub(super) hypothesis: Hypothesis<'a>,
+    /// Where its fit begins.
+    pub(super) z: DVector<f64>,
+    /// Logarithm of the evidence by its linear model.
+    pub(super) ln_evidence: f64,
+}
+
+impl<'a> Promise<'a> {
+    fn new(
+        hypothesis: Hypothesis<'a>,
+        z: DVector<f64>,
+        residual: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
+    ) -> Option<Self> {
+        let recordings = Recordings::new(hypothesis.recordings());
+        let (curvature, slope) = recordings.normal_equations(residual, jacobian);
+        let mut normal = curvature.clone();
+        for k in 0..z.len() {
+            normal[(k, k)] += 1.0;
+        }
+        let step = normal.cholesky()?.solve(&(slope - &z));
+        let ln = |residual: &DVector<f64>, z: &DVector<f64>| {
+            recordings.ln_likelihood(residual) - 0.5 * z.norm_squared()
+        };
+        let there = ln(&(residual - jacobian * &step), &(&z + step));
+        // A linear model may lead nowhere: where the fit begins counts as well.
+        let best = there.max(ln(residual, &z));
+        Some(Self {
+            ln_evidence: best + ln_volume(curvature) + hypothesis.ln_truncation(),
+            hypothesis,
+            z,
+        })
+    }
+
+    /// Fitted from where it begins, in up to so many steps.
+    pub(super) fn fitted(self, steps: usize) -> Option<Fit<'a>> {
+        Fit::from(self.hypothesis, &self.z, steps)
+    }
+}

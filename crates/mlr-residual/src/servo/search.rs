@@ -1,0 +1,239 @@
+//! The search for effects: all at once, then one less at a time, as long as the evidence grows.
+
+use rayon::prelude::*;
+
+use super::{
+    ServoError, ServoExplanation, ServoModel, ServoRecording, ServoSettings,
+    evidence::{Fit, Promise},
+    hypothesis::Hypothesis,
+    report,
+};
+use crate::{Progress, servo_effects::ServoEffect};
+
+/// Sets that are fitted in a round, of those whose linear models promise most.
+const FITTED: usize = 2;
+/// Steps of a fit at most: of one that others follow upon, and of one that counts.
+const FIRST_STEPS: usize = 4;
+const STEPS: usize = 12;
+
+/// What a search found.
+pub(super) struct Found<'a> {
+    /// The most probable set of effects.
+    pub(super) best: Fit<'a>,
+    /// The servo without effects, and with one after the other of the most probable set.
+    pub(super) steps: Vec<Fit<'a>>,
+    /// Sets of effects that were fitted, with the logarithm of their evidence.
+    pub(super) fitted: Vec<(Vec<&'static str>, f64)>,
+    /// Effects that were tried last beside the most probable set, with what their evidence adds.
+    pub(super) tried: Vec<(&'static dyn ServoEffect, f64)>,
+}
+
+/// Finds what a servo has that its data sheet lacks.
+///
+/// 1. **Residual.** The bench of the data sheet is simulated with the goals of every recording.
+/// 2. **Effects.** All effects of the library are fitted one beside the other. Then one is left out at a
+///    time, as long as the evidence grows, and one that was left out is tried again. Every effect is as
+///    probable as not. What the others make of a parameter while one is missing does not decide: a
+///    search that adds effects to a servo that lacks all of them ends with others, and with less
+///    evidence.
+/// 3. **Before and after.** The error on recordings that neither fit nor choice has seen, `unseen`,
+///    is measured at the end.
+///
+/// # Errors
+/// [`ServoError`] with the index of the recording, of `fitted` and `unseen` in a row, and what is wrong
+/// with it.
+pub fn explain_servo(
+    described: &ServoModel,
+    fitted: &[ServoRecording],
+    unseen: &[ServoRecording],
+    settings: &ServoSettings,
+    progress: &dyn Progress,
+) -> Result<ServoExplanation, (usize, ServoError)> {
+    for (index, recording) in fitted.iter().chain(unseen).enumerate() {
+        let checked = recording.check().and_then(|()| {
+            let gains = !recording.p_gain.is_empty();
+            if gains && described.bench.reference.p_gain.is_none() {
+                return Err(ServoError::GainWithoutReference);
+            }
+            Ok(())
+        });
+        checked.map_err(|error| (index, error))?;
+    }
+    let bare = Hypothesis::new(described, fitted, Vec::new());
+    let Some(bare) = Fit::from(bare, &nalgebra::DVector::zeros(0), 0) else {
+        return Err((0, ServoError::Diverged));
+    };
+    let search = Search {
+        candidates: settings.candidates(&described.bench, fitted),
+        progress,
+    };
+    let mut found = search.all(bare);
+    if settings.effects.is_none() {
+        search.settle(&mut found);
+    }
+    search.order(&mut found);
+    report::explanation(described, fitted, unseen, &found)
+}
+
+struct Search<'p> {
+    candidates: Vec<&'static dyn ServoEffect>,
+    progress: &'p dyn Progress,
+}
+
+impl Search<'_> {
+    /// All candidates at once, one fitted beside the other in the order of the library.
+    fn all<'a>(&self, bare: Fit<'a>) -> Found<'a> {
+        let mut best = bare.clone();
+        self.progress.expect_more(self.candidates.len());
+        for effect in &self.candidates {
+            let larger = self.promises(&best, *effect).into_iter();
+            let most = larger.max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence));
+            if let Some(fit) = most.and_then(|promise| promise.fitted(FIRST_STEPS)) {
+                best = fit;
+            }
+            self.progress.advance();
+        }
+        Found {
+            fitted: [&bare, &best].map(of_set).into(),
+            steps: vec![bare],
+            best,
+            tried: Vec::new(),
+        }
+    }
+
+    /// Leaves effects out, and tries them again, as long as the evidence grows.
+    fn settle(&self, found: &mut Found<'_>) {
+        loop {
+            while self.with_one_fewer(found) {}
+            if !self.with_one_more(found) {
+                return;
+            }
+        }
+    }
+
+    fn with_one_fewer(&self, found: &mut Found<'_>) -> bool {
+        let effects = &found.best.hypothesis.effects;
+        let needed = |kind| effects.iter().any(|other| other.builds_on() == Some(kind));
+        let possible = (0..effects.len()).filter(|k| !needed(effects[*k].kind()));
+        let possible: Vec<usize> = possible.collect();
+        let promises = possible.into_par_iter();
+        let promises = promises.filter_map(|left_out| found.best.promise_without(left_out));
+        let promises: Vec<Promise<'_>> = promises.collect();
+        let fits = self.most_promising(promises);
+        found.take(fits)
+    }
+
+    fn with_one_more(&self, found: &mut Found<'_>) -> bool {
+        let here = &found.best;
+        let possible = self.candidates.par_iter().filter(|effect| {
+            let there = |kind: &str| here.hypothesis.has(kind);
+            !there(effect.kind()) && effect.builds_on().is_none_or(there)
+        });
+        let promises = possible.flat_map(|effect| self.promises(here, *effect));
+        let mut promises: Vec<Promise<'_>> = promises.collect();
+        promises.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+        let mut apart: Vec<Promise<'_>> = Vec::new();
+        for promise in promises {
+            if !apart
+                .iter()
+                .any(|one| one.hypothesis.kinds() == promise.hypothesis.kinds())
+            {
+                apart.push(promise);
+            }
+        }
+        let fits = self.most_promising(apart);
+        found.tried = fits
+            .iter()
+            .filter_map(|fit| {
+                let added = fit.hypothesis.effects.last()?;
+                Some((*added, fit.ln_evidence - here.ln_evidence))
+            })
+            .collect();
+        found.take(fits)
+    }
+
+    /// An effect beside those that are there, from each of its starts.
+    fn promises<'a>(&self, here: &Fit<'a>, effect: &'static dyn ServoEffect) -> Vec<Promise<'a>> {
+        let starts = effect.starts(here.hypothesis.described()).into_iter();
+        starts
+            .filter_map(|start| here.promise_with(here.hypothesis.with(effect), &start))
+            .collect()
+    }
+
+    fn most_promising<'a>(&self, mut promises: Vec<Promise<'a>>) -> Vec<Fit<'a>> {
+        promises.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+        promises.truncate(FITTED);
+        self.progress.expect_more(promises.len());
+        let fits = promises.into_par_iter().filter_map(|promise| {
+            let fit = promise.fitted(STEPS);
+            self.progress.advance();
+            fit
+        });
+        fits.collect()
+    }
+
+    /// In which order the effects of the most probable set enter, the one with the greatest evidence
+    /// first, each beside those that are there already. Where the evidence is greatest before all have
+    /// entered, the last ones stay out: fits that begin with few effects may end better.
+    fn order(&self, found: &mut Found<'_>) {
+        let best = &found.best;
+        let ranges = best.hypothesis.ranges();
+        let mut left: Vec<usize> = (0..ranges.len()).collect();
+        while let Some(here) = found.steps.last().filter(|_| !left.is_empty()) {
+            let possible = left.par_iter().filter_map(|k| {
+                let effect = best.hypothesis.effects[*k];
+                let there = |kind: &str| here.hypothesis.has(kind);
+                if !effect.builds_on().is_none_or(there) {
+                    return None;
+                }
+                let value = |k: usize| best.hypothesis.parameter(k).value(best.z[k]);
+                let values: Vec<f64> = ranges[*k].clone().map(value).collect();
+                here.promise_with(here.hypothesis.with(effect), &values)
+            });
+            let mut fits = self.most_promising(possible.collect());
+            fits.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+            found.fitted.extend(fits.iter().map(of_set));
+            let Some(next) = fits.into_iter().next() else {
+                break;
+            };
+            left.retain(|k| !next.hypothesis.has(best.hypothesis.effects[*k].kind()));
+            found.steps.push(next);
+        }
+        let ln_evidence = |fit: &Fit<'_>| fit.ln_evidence;
+        let greatest = found
+            .steps
+            .iter()
+            .map(ln_evidence)
+            .fold(f64::NEG_INFINITY, f64::max);
+        if greatest > found.best.ln_evidence
+            && let Some(last) = found
+                .steps
+                .iter()
+                .position(|fit| fit.ln_evidence >= greatest)
+        {
+            found.steps.truncate(last + 1);
+            found.best = found.steps[last].clone();
+        }
+    }
+}
+
+impl<'a> Found<'a> {
+    /// Keeps the best of these fits if it is better, and says whether it was.
+    fn take(&mut self, fits: Vec<Fit<'a>>) -> bool {
+        self.fitted.extend(fits.iter().map(of_set));
+        let best = fits
+            .into_iter()
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence));
+        match best {
+            Some(fit) if fit.ln_evidence > self.best.ln_evidence => {
+                self.best = fit;
+                true
+            }
+            _ => false,
+        }
+    }
+}
+
+fn of_set(fit: &Fit<'_>) -> (Vec<&'static str>, f64) {
+    (fit.hypothesis.kinds(), fit.ln_evidence)
+}
