@@ -205,7 +205,7 @@ fn the_program_answers_from_all_logs_and_says_what_each_is_worth() {
     let config = folder.write(
         "quick.toml",
         "window_s = 3.0\nlost_links = \"absent\"\nvariations = [{}]\n\
-         [genetic]\nislands = 1\ngenerations = 1\ncomplete = false\n",
+         [genetic]\nislands = 1\npopulation = 8\ngenerations = 1\ncomplete = false\n",
     );
     let tripod = folder.path("tripod.csv");
     folder.succeeds(&[

@@ -8,7 +8,7 @@ use crate::{EffectParameter, servo_effects::ServoEffect};
 
 /// Change of a coordinate over which slopes are taken, in standard deviations of its prior: far above
 /// what the simulation's single precision makes of an angle.
-const SLOPE_STEP: f64 = 0.03;
+const SLOPE_STEP: f64 = 0.1;
 
 /// Effects that a servo may have all of. Its coordinates are those of their parameters in a row, in
 /// standard deviations from the means of their priors.

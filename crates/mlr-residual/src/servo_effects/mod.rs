@@ -54,3 +54,82 @@ pub fn kinds() -> String {
     let kinds: Vec<_> = LIBRARY.iter().map(|effect| effect.kind()).collect();
     kinds.join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::{
+        Robot,
+        bench::{Arm, Bench, Reference},
+    };
+
+    use super::*;
+    use crate::servo::ServoModel;
+
+    fn described() -> ServoModel {
+        ServoModel::new(Bench {
+            name: "test".into(),
+            arm: Arm {
+                mass_kg: 0.5,
+                length_m: 0.1,
+                inertia_kg_m2: 0.001,
+                hanging_rad: 0.0,
+            },
+            servo: *Robot::jethexa().servo(),
+            reference: Reference::default(),
+        })
+    }
+
+    #[test]
+    fn every_effect_changes_the_model_within_what_a_servo_can_be() {
+        for effect in LIBRARY {
+            for values in effect.starts(&described()) {
+                let mut model = described();
+                effect.apply(&values, &mut model);
+                assert_ne!(model, described(), "{} {values:?}", effect.kind());
+                assert!(model.bench.check().is_ok(), "{}", effect.kind());
+            }
+            assert_eq!(find(effect.kind()).unwrap().kind(), effect.kind());
+        }
+    }
+
+    #[test]
+    fn an_effect_that_is_absent_changes_nothing() {
+        for effect in LIBRARY {
+            let parameters = effect.parameters(&described());
+            let absent: Option<Vec<f64>> = parameters.iter().map(|one| one.neutral).collect();
+            let Some(absent) = absent.filter(|values| !values.is_empty()) else {
+                continue;
+            };
+            let mut model = described();
+            effect.apply(&absent, &mut model);
+            assert_eq!(model, described(), "{}", effect.kind());
+        }
+    }
+
+    #[test]
+    fn what_is_reported_is_what_is_applied() {
+        let mut model = described();
+        let report = |kind: &str, values: &[f64], model: &mut ServoModel| {
+            let effect = find(kind).unwrap();
+            effect.apply(values, model);
+            effect.report(values, &described())
+        };
+        let said = report("coulomb_friction", &[-3.0], &mut model);
+        assert_eq!(said["coulomb_nm"], model.bench.servo.drive.coulomb_nm);
+        let said = report("armature", &[-1.0], &mut model);
+        assert_eq!(
+            said["armature_kg_m2"],
+            model.bench.servo.drive.armature_kg_m2
+        );
+        let said = report("back_emf", &[0.3], &mut model);
+        assert_eq!(
+            said["damping_nm_s_per_rad"],
+            model.bench.servo.damping_nm_s_per_rad
+        );
+        // Shares are of the described torque, whatever the torque is.
+        report("motor_torque", &[-0.7], &mut model);
+        let said = report("quadratic_friction", &[-2.0], &mut model);
+        let drive = model.bench.servo.drive;
+        assert_eq!(said["quadratic_load_per_nm"], drive.quadratic_load_per_nm);
+    }
+}
