@@ -29,8 +29,8 @@ fn median(mut errors: Vec<f64>) -> f64 {
 }
 
 /// Motor, rotor and the friction of gears: no search, for time.
-const KINDS: &str = "motor_torque,position_gain,back_emf,armature,coulomb_friction,load_friction,\
-                     driven_friction,gravity_offset";
+const KINDS: &str =
+    "motor_torque,position_gain,back_emf,armature,viscous_friction,load_friction,gravity_offset";
 
 #[test]
 fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
@@ -64,7 +64,7 @@ fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
         ),
         (4, 8)
     );
-    for (fitted, most_deg) in [(true, 2.6), (false, 3.2)] {
+    for (fitted, most_deg) in [(true, 2.4), (false, 4.2)] {
         let (before, after) = (errors(fitted, "before_deg"), errors(fitted, "after_deg"));
         assert!(median(before) > 10.0);
         let after = median(after);
@@ -104,15 +104,12 @@ fn what_is_wrong_with_bench_recording_or_kind_is_named() {
     let bench = real("bench.toml");
     let recording = real("kp100-sin-sin.csv.gz");
     let text = fs::read_to_string(&bench).unwrap();
-    let heavy = folder.write(
-        "heavy.toml",
-        &text.replace("mass_kg = 0.49", "mass_kg = -1"),
-    );
-    let gainless = folder.write("gainless.toml", &text.replace("p_gain = 100", ""));
+    let heavy = folder.write("heavy.toml", text.replace("mass_kg = 0.49", "mass_kg = -1"));
+    let gainless = folder.write("gainless.toml", text.replace("p_gain = 100", ""));
     let still: String = (0..100)
         .map(|k| format!("{},0,0.1\n", f64::from(k) * 0.01))
         .collect();
-    let still = folder.write("still.csv", &format!("t_s,goal_rad,position_rad\n{still}"));
+    let still = folder.write("still.csv", format!("t_s,goal_rad,position_rad\n{still}"));
     let unnamed = folder.write("unnamed.csv", "time,goal_rad,position_rad\n0,0,0\n");
     for (arguments, status, expected) in [
         (vec![&*heavy, &recording], 2, "arm.mass_kg"),

@@ -116,7 +116,7 @@ fn friction_and_rotor_are_found_with_their_sizes_and_predict_what_was_not_fitted
             low < value && value < high && high - low < size,
             "{effect:?}"
         );
-        assert!(effect.ln_evidence_gain > 0.0 && effect.probability > 0.9);
+        assert!(effect.ln_gain > 0.0 && effect.probability > 0.9);
     }
     let [fitted, unseen] = &found.recordings[..] else {
         panic!("two recordings")

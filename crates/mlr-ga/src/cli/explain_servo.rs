@@ -150,13 +150,13 @@ impl Report<'_> {
         table.line("bench", self.bench.display());
         table.line(
             "effects",
-            "in the order in which they entered, with what they added to ln evidence, and the median error",
+            "in the order in which they entered, with what they added to ln probability, and the median error",
         );
         table.lines("", found.effects.iter().map(effect_text));
         let candidates = found
             .candidates
             .iter()
-            .map(|one| format!("{:<19} {:+7.1}", one.kind, one.ln_evidence_gain));
+            .map(|one| format!("{:<19} {:+7.1}", one.kind, one.ln_gain));
         table.lines("did not enter", candidates);
         table.line("RMS error", "as described   with effects");
         for fitted in [true, false] {
@@ -189,7 +189,7 @@ fn effect_text(effect: &TracedServoEffect) -> String {
     format!(
         "{:<19} {:+7.1} {:6.2}°  {}{untold}",
         effect.kind,
-        effect.ln_evidence_gain,
+        effect.ln_gain,
         effect.fit_deg,
         parameters.collect::<Vec<_>>().join(", ")
     )

@@ -405,6 +405,46 @@ mod tests {
         }
     }
 
+    /// A servo with friction that follows a swinging goal, at times that all of the steps below meet.
+    fn followed(step_s: f64) -> Vec<f64> {
+        let sticky = bench(Drive {
+            back_emf: true,
+            armature_kg_m2: 0.0015,
+            coulomb_nm: 0.02,
+            load_friction: 0.2,
+            ..Drive::default()
+        });
+        let commands: Vec<Command> = (0..300)
+            .map(|k| {
+                let time_s = f64::from(k) * 0.008;
+                let goal_rad = libm::sin(time_s * time_s * 3.0);
+                Command {
+                    time_s,
+                    ..command(goal_rad, true)[0]
+                }
+            })
+            .collect();
+        let each = (0.008 / step_s).round() as usize;
+        let angles = Swing::new(&sticky, &commands, 0.0, step_s).angles_rad(300 * each);
+        angles.unwrap().into_iter().step_by(each).collect()
+    }
+
+    #[test]
+    fn steps_of_two_milliseconds_are_fine_enough_and_finer_ones_converge() {
+        let finest = followed(0.000_25);
+        let error_deg = |step_s: f64| {
+            let pairs = followed(step_s).into_iter().zip(&finest);
+            let squares: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
+            (squares / finest.len() as f64).sqrt().to_degrees()
+        };
+        let [coarse, usual, fine] = [0.008, 0.002, 0.001].map(error_deg);
+        assert!(usual < 0.3, "{usual}°");
+        assert!(
+            fine < 0.7 * usual && coarse > 2.0 * usual,
+            "{coarse} {usual} {fine}"
+        );
+    }
+
     #[test]
     fn where_it_hangs_is_where_it_rests() {
         let mut turned = bench(Drive {

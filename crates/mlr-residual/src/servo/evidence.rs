@@ -12,6 +12,8 @@ use crate::laplace::{self, ln_volume};
 /// of the twelve recordings of `data/real/servo-xl330`, 0.16 to 8.9 s. Errors this far apart count as
 /// independent.
 const ERRORS_ALIKE_S: f64 = 0.65;
+/// Prior probability that a servo has an effect: three of the library's seventeen. Assumed.
+const PRESENT: f64 = 0.2;
 /// Gain of the logarithm of the posterior density below which a fit has converged.
 const CONVERGED: f64 = 0.05;
 /// How far steps are held back, in units of the prior's precision (Levenberg).
@@ -24,8 +26,15 @@ pub(super) struct Fit<'a> {
     pub(super) z: DVector<f64>,
     residual: DVector<f64>,
     pub(super) jacobian: DMatrix<f64>,
-    /// Logarithm of the evidence.
-    pub(super) ln_evidence: f64,
+    /// Logarithm of evidence times prior probability.
+    pub(super) ln_weight: f64,
+}
+
+/// What turns the logarithm of the evidence of effects, whose parameters have standard normal priors,
+/// into that of their weight, up to a constant.
+fn ln_prior(hypothesis: &Hypothesis<'_>) -> f64 {
+    let each = (PRESENT / (1.0 - PRESENT)).ln();
+    hypothesis.effects.len() as f64 * each + hypothesis.ln_truncation()
 }
 
 /// Samples of each recording, where they stand in a residual.
@@ -104,20 +113,20 @@ impl<'a> Fit<'a> {
         let z = hypothesis.within_bounds(z);
         let residual = hypothesis.residual_rad(&z)?;
         let jacobian = hypothesis.jacobian(&z, &residual, 0..z.len());
-        let ln_evidence = f64::NEG_INFINITY;
+        let ln_weight = f64::NEG_INFINITY;
         let mut fit = Self {
             hypothesis,
             z,
             residual,
             jacobian,
-            ln_evidence,
+            ln_weight,
         };
         for _ in 0..steps {
             if !fit.step() {
                 break;
             }
         }
-        fit.ln_evidence = fit.integrated();
+        fit.ln_weight = fit.integrated();
         Some(fit)
     }
 
@@ -156,7 +165,7 @@ impl<'a> Fit<'a> {
         let recordings = Recordings::new(self.hypothesis.recordings());
         let ln_posterior = recordings.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
         let (curvature, _) = recordings.normal_equations(&self.residual, &self.jacobian);
-        ln_posterior + ln_volume(curvature) + self.hypothesis.ln_truncation()
+        ln_posterior + ln_volume(curvature) + ln_prior(&self.hypothesis)
     }
 
     /// Covariance of the coordinates.
@@ -204,8 +213,8 @@ pub(super) struct Promise<'a> {
     pub(super) hypothesis: Hypothesis<'a>,
     /// Where its fit begins.
     pub(super) z: DVector<f64>,
-    /// Logarithm of the evidence by its linear model.
-    pub(super) ln_evidence: f64,
+    /// Logarithm of evidence times prior probability by its linear model.
+    pub(super) ln_weight: f64,
 }
 
 impl<'a> Promise<'a> {
@@ -229,7 +238,7 @@ impl<'a> Promise<'a> {
         // A linear model may lead nowhere: where the fit begins counts as well.
         let best = there.max(ln(residual, &z));
         Some(Self {
-            ln_evidence: best + ln_volume(curvature) + hypothesis.ln_truncation(),
+            ln_weight: best + ln_volume(curvature) + ln_prior(&hypothesis),
             hypothesis,
             z,
         })

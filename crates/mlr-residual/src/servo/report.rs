@@ -56,8 +56,8 @@ pub struct TracedServoEffect {
     pub undetermined: Vec<String>,
     /// What it leaves in the residual.
     pub explains: String,
-    /// By how much the logarithm of the evidence grew when it entered.
-    pub ln_evidence_gain: f64,
+    /// By how much the logarithm of evidence times prior grew when it entered.
+    pub ln_gain: f64,
     /// Median error of the fitted recordings when it had entered, degrees.
     pub fit_deg: f64,
     /// Probability that the servo has it.
@@ -69,8 +69,8 @@ pub struct TracedServoEffect {
 pub struct ServoCandidate {
     /// Name of the effect.
     pub kind: String,
-    /// By how much the logarithm of the evidence would have grown.
-    pub ln_evidence_gain: f64,
+    /// By how much the logarithm of evidence times prior would have grown.
+    pub ln_gain: f64,
 }
 
 /// Errors of a recording.
@@ -126,7 +126,7 @@ pub(super) fn explanation(
         candidates: tried
             .map(|(effect, gain)| ServoCandidate {
                 kind: effect.kind().into(),
-                ln_evidence_gain: *gain,
+                ln_gain: *gain,
             })
             .collect(),
         recordings,
@@ -203,8 +203,7 @@ fn traced(
                 .collect(),
             parameters,
             explains: effect.signature().into(),
-            ln_evidence_gain: entered
-                .map_or(0.0, |(_, pair)| pair[1].ln_evidence - pair[0].ln_evidence),
+            ln_gain: entered.map_or(0.0, |(_, pair)| pair[1].ln_weight - pair[0].ln_weight),
             fit_deg: entered.map_or(f64::NAN, |(_, pair)| median_deg(&pair[1], fitted)),
             probability: probability(effect.kind()),
         };

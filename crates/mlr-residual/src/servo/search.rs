@@ -22,7 +22,7 @@ pub(super) struct Found<'a> {
     pub(super) best: Fit<'a>,
     /// The servo without effects, and with one after the other of the most probable set.
     pub(super) steps: Vec<Fit<'a>>,
-    /// Sets of effects that were fitted, with the logarithm of their evidence.
+    /// Sets of effects that were fitted, with the logarithm of evidence times prior.
     pub(super) fitted: Vec<(Vec<&'static str>, f64)>,
     /// Effects that were tried last beside the most probable set, with what their evidence adds.
     pub(super) tried: Vec<(&'static dyn ServoEffect, f64)>,
@@ -32,8 +32,8 @@ pub(super) struct Found<'a> {
 ///
 /// 1. **Residual.** The bench of the data sheet is simulated with the goals of every recording.
 /// 2. **Effects.** All effects of the library are fitted one beside the other. Then one is left out at a
-///    time, as long as the evidence grows, and one that was left out is tried again. Every effect is as
-///    probable as not. What the others make of a parameter while one is missing does not decide: a
+///    time, as long as the evidence grows, and one that was left out is tried again. Every effect is there with
+///    a probability of a fifth. What the others make of a parameter while one is missing does not decide: a
 ///    search that adds effects to a servo that lacks all of them ends with others, and with less
 ///    evidence.
 /// 3. **Before and after.** The error on recordings that neither fit nor choice has seen, `unseen`,
@@ -72,6 +72,9 @@ pub fn explain_servo(
         search.settle(&mut found);
     }
     search.order(&mut found);
+    if settings.effects.is_none() {
+        found.keep_likeliest();
+    }
     report::explanation(described, fitted, unseen, &found)
 }
 
@@ -87,7 +90,7 @@ impl Search<'_> {
         self.progress.expect_more(self.candidates.len());
         for effect in &self.candidates {
             let larger = self.promises(&best, *effect).into_iter();
-            let most = larger.max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence));
+            let most = larger.max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
             if let Some(fit) = most.and_then(|promise| promise.fitted(FIRST_STEPS)) {
                 best = fit;
             }
@@ -131,7 +134,7 @@ impl Search<'_> {
         });
         let promises = possible.flat_map(|effect| self.promises(here, *effect));
         let mut promises: Vec<Promise<'_>> = promises.collect();
-        promises.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+        promises.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
         let mut apart: Vec<Promise<'_>> = Vec::new();
         for promise in promises {
             if !apart
@@ -146,7 +149,7 @@ impl Search<'_> {
             .iter()
             .filter_map(|fit| {
                 let added = fit.hypothesis.effects.last()?;
-                Some((*added, fit.ln_evidence - here.ln_evidence))
+                Some((*added, fit.ln_weight - here.ln_weight))
             })
             .collect();
         found.take(fits)
@@ -161,7 +164,7 @@ impl Search<'_> {
     }
 
     fn most_promising<'a>(&self, mut promises: Vec<Promise<'a>>) -> Vec<Fit<'a>> {
-        promises.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+        promises.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
         promises.truncate(FITTED);
         self.progress.expect_more(promises.len());
         let fits = promises.into_par_iter().filter_map(|promise| {
@@ -173,8 +176,7 @@ impl Search<'_> {
     }
 
     /// In which order the effects of the most probable set enter, the one with the greatest evidence
-    /// first, each beside those that are there already. Where the evidence is greatest before all have
-    /// entered, the last ones stay out: fits that begin with few effects may end better.
+    /// first, each beside those that are there already.
     fn order(&self, found: &mut Found<'_>) {
         let best = &found.best;
         let ranges = best.hypothesis.ranges();
@@ -191,28 +193,13 @@ impl Search<'_> {
                 here.promise_with(here.hypothesis.with(effect), &values)
             });
             let mut fits = self.most_promising(possible.collect());
-            fits.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+            fits.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
             found.fitted.extend(fits.iter().map(of_set));
             let Some(next) = fits.into_iter().next() else {
                 break;
             };
             left.retain(|k| !next.hypothesis.has(best.hypothesis.effects[*k].kind()));
             found.steps.push(next);
-        }
-        let ln_evidence = |fit: &Fit<'_>| fit.ln_evidence;
-        let greatest = found
-            .steps
-            .iter()
-            .map(ln_evidence)
-            .fold(f64::NEG_INFINITY, f64::max);
-        if greatest > found.best.ln_evidence
-            && let Some(last) = found
-                .steps
-                .iter()
-                .position(|fit| fit.ln_evidence >= greatest)
-        {
-            found.steps.truncate(last + 1);
-            found.best = found.steps[last].clone();
         }
     }
 }
@@ -223,9 +210,9 @@ impl<'a> Found<'a> {
         self.fitted.extend(fits.iter().map(of_set));
         let best = fits
             .into_iter()
-            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence));
+            .max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
         match best {
-            Some(fit) if fit.ln_evidence > self.best.ln_evidence => {
+            Some(fit) if fit.ln_weight > self.best.ln_weight => {
                 self.best = fit;
                 true
             }
@@ -234,6 +221,24 @@ impl<'a> Found<'a> {
     }
 }
 
+impl Found<'_> {
+    /// Where the evidence is greatest before all effects have entered, the last ones stay out: fits that
+    /// begin with few effects may end better.
+    fn keep_likeliest(&mut self) {
+        let last = (0..self.steps.len()).max_by(|a, b| {
+            self.steps[*a]
+                .ln_weight
+                .total_cmp(&self.steps[*b].ln_weight)
+        });
+        if let Some(last) = last
+            && self.steps[last].ln_weight > self.best.ln_weight
+        {
+            self.steps.truncate(last + 1);
+            self.best = self.steps[last].clone();
+        }
+    }
+}
+
 fn of_set(fit: &Fit<'_>) -> (Vec<&'static str>, f64) {
-    (fit.hypothesis.kinds(), fit.ln_evidence)
+    (fit.hypothesis.kinds(), fit.ln_weight)
 }

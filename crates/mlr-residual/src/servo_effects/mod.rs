@@ -23,7 +23,7 @@ mod viscous_friction;
 pub use crate::EffectParameter;
 pub use effect::ServoEffect;
 
-/// All effects.
+/// All effects, in the order in which they are first fitted: the motor, its rotor, and friction.
 pub const LIBRARY: &[&dyn ServoEffect] = &[
     &motor_torque::MotorTorque,
     &position_gain::PositionGain,
@@ -31,11 +31,11 @@ pub const LIBRARY: &[&dyn ServoEffect] = &[
     &armature::Armature,
     &viscous_friction::ViscousFriction,
     &coulomb_friction::CoulombFriction,
+    &quadratic_friction::QuadraticFriction,
     &stribeck_friction::StribeckFriction,
     &load_friction::LoadFriction,
     &driven_friction::DrivenFriction,
     &stribeck_load::StribeckLoad,
-    &quadratic_friction::QuadraticFriction,
     &backlash::Backlash,
     &dead_band::DeadBand,
     &command_delay::CommandDelay,
