@@ -2,7 +2,7 @@
 
 mod report;
 
-pub use report::{CalibrationReport, ParameterReport, WalkOrigin, WalkReport};
+pub use report::{CalibrationReport, MeasuredReport, ParameterReport, WalkOrigin, WalkReport};
 
 use mlr_imu::Recording;
 use mlr_model::{Gait, Morphology, Robot};

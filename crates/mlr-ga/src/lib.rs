@@ -59,8 +59,8 @@ pub mod walks;
 
 pub use answer_error::AnswerError;
 pub use calibrate::{
-    CalibrateError, Calibrated, CalibrationReport, HealthyWalk, ParameterReport, WalkOrigin,
-    WalkReport, calibrate,
+    CalibrateError, Calibrated, CalibrationReport, HealthyWalk, MeasuredReport, ParameterReport,
+    WalkOrigin, WalkReport, calibrate,
 };
 pub use compare::{Comparison, compare};
 pub use configuration::{

@@ -52,8 +52,8 @@ pub use gait::{FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajec
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
 pub use robot::{
-    Body, Calibration, ContactShape, Drive, Gaussian, Imu, JointAxis, Leg, Link, Robot,
-    RobotParameter, Servo,
+    Body, Calibration, ContactShape, Drive, Gaussian, Imu, JointAxis, Leg, Link, Measurement,
+    Robot, RobotParameter, Servo,
 };
 pub use setting_place::located;
 pub use simulation::{

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_model::{
-    Gait, GroundContact, LostLinks, Morphology, Outcome, Record, Robot, Roughness, Servo,
+    Drive, Gait, GroundContact, LostLinks, Morphology, Outcome, Record, Robot, Roughness, Servo,
     SimulationSettings, Simulator, Terrain, Trajectory,
 };
 
@@ -154,6 +154,32 @@ fn limp() -> Robot {
         ..*Robot::jethexa().servo()
     };
     Robot::jethexa().with_servo(servo).unwrap()
+}
+
+#[test]
+fn dry_friction_of_its_gears_carries_a_robot_without_current() {
+    let height_m = |coulomb_nm: f64| {
+        let servo = *limp().servo();
+        let drive = Drive {
+            coulomb_nm,
+            ..servo.drive
+        };
+        let robot = limp().with_servo(Servo { drive, ..servo }).unwrap();
+        let settings = SimulationSettings {
+            duration_s: 1.0,
+            record: Record {
+                position: true,
+                ..Default::default()
+            },
+            ..Default::default()
+        };
+        let walked = walk_with(robot, "", settings);
+        walked.position_m.unwrap().last().unwrap()[2]
+    };
+    // Three legs would carry 8.5 N each, at most 12 cm beside a joint: 1 N m.
+    let (held, sunk) = (height_m(2.0), height_m(0.0));
+    assert!(held > 0.07, "{held} m");
+    assert!(sunk < 0.03, "{sunk} m: control");
 }
 
 /// The integrator's energy error is of first order in the step; this one makes

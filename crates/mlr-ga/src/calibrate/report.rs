@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
-use mlr_model::{ModelError, Robot, RobotParameter};
+use mlr_model::{Measurement, ModelError, Robot, RobotParameter};
 use mlr_residual::walk::{NuisanceSettings, StretchErrors};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -41,6 +41,8 @@ pub struct CalibrationReport {
     pub program: String,
     /// The robot's parameters.
     pub parameters: Vec<ParameterReport>,
+    /// What was measured on a bench, beside the walks.
+    pub measured: Vec<MeasuredReport>,
     /// The walks, in their order.
     pub walks: Vec<WalkReport>,
     /// Covariance of the parameters' coordinates in the description: the lower triangle, row by row.
@@ -72,6 +74,17 @@ pub struct ParameterReport {
     pub physical_deviations: Vec<f64>,
     /// Whether the walks tell it: more than the make does.
     pub is_told: bool,
+}
+
+/// What was measured of the robot on a bench, in the unit of the description.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MeasuredReport {
+    /// Name of the parameter.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Standard deviation of the measurement.
+    pub deviation: f64,
 }
 
 /// What one walk added.
@@ -152,6 +165,7 @@ impl CalibrationReport {
             schema: SCHEMA,
             program: format!("mlr {}", env!("CARGO_PKG_VERSION")),
             parameters,
+            measured: Vec::new(),
             walks: walks
                 .map(|(walk, origin)| WalkReport {
                     origin,
@@ -164,6 +178,18 @@ impl CalibrationReport {
             physical_covariance: physical.unwrap_or_default(),
             warnings,
         }
+    }
+
+    /// The same, of a robot of which this was measured before.
+    #[must_use]
+    pub fn with_measured(mut self, measured: &[Measurement]) -> Self {
+        let report = |one: &Measurement| MeasuredReport {
+            name: one.parameter.to_string(),
+            value: one.value,
+            deviation: one.deviation,
+        };
+        self.measured = measured.iter().map(report).collect();
+        self
     }
 
     /// The description of the robot: `text` with its numbers in place, and this report as its
@@ -209,6 +235,15 @@ impl CalibrationReport {
                 one.physical,
                 one.make_deviation,
                 one.is_told
+            );
+        }
+        text += "]\nmeasured = [\n";
+        for one in &self.measured {
+            let name = quoted(&one.name);
+            let (value, deviation) = (one.value, one.deviation);
+            let _ = writeln!(
+                text,
+                "  {{ name = {name}, value = {value:?}, deviation = {deviation:?} }},"
             );
         }
         text += "]\nwalks = [\n";

@@ -8,9 +8,11 @@ use std::{
 
 use anyhow::Context as _;
 use clap::Args;
+use mlr_filter::SettingError;
 use mlr_ga::{
     CalibrationReport, Configuration, ExplainSettings, HealthyWalk, WalkOrigin, calibrate,
 };
+use mlr_model::Measurement;
 use sha2::{Digest as _, Sha256};
 
 use super::{
@@ -34,6 +36,11 @@ pub(super) struct CalibrateOptions {
     /// was wrong with the robot.
     #[arg(long)]
     healthy: bool,
+    /// A number of the robot that was measured on a bench, with the standard deviation of the measurement:
+    /// NAME=VALUE+-DEVIATION in the unit of the description, as in body_mass=1.412+-0.005; may be
+    /// repeated. Names are those of the table.
+    #[arg(long, value_name = "MEASUREMENT")]
+    measured: Vec<String>,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -51,6 +58,13 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
     } = model_files::configuration(options.config.as_deref(), None)?;
     let paths = options.logs.paths();
     let (robot, text, gaits) = options.model.read(paths.len())?;
+    let measured = options.measured.iter().map(|text| Measurement::parse(text));
+    let measured: Vec<Measurement> = measured.collect::<Result<_, _>>().map_err(as_option)?;
+    let make = &explanation.nuisance;
+    let known = measured.iter().try_fold(robot.clone(), |robot, one| {
+        robot.measured(one, |parameter| make.of_make(parameter))
+    });
+    let known = known.map_err(as_option)?;
     let file = ResultFile::reserve(&options.output)?;
     let recordings = options.logs.read(&mounting)?;
     let both = recordings.iter().zip(&gaits);
@@ -62,7 +76,7 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
         explanation: &explanation,
     };
     let bar = Bar::of_steps();
-    let found = calibrate(&walks, &robot, settings, !options.healthy, &bar);
+    let found = calibrate(&walks, &known, settings, !options.healthy, &bar);
     bar.clear();
     let found = found.map_err(|(index, error)| {
         let of_the_log = error.is_recordings_fault();
@@ -77,6 +91,7 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
     });
     let origins = origins.collect::<anyhow::Result<Vec<WalkOrigin>>>()?;
     let report = CalibrationReport::new(&robot, &found, &explanation.nuisance, origins);
+    let report = report.with_measured(&measured);
     file.write(&report.description(&text, &found.robot)?)?;
     for warning in &report.warnings {
         output::warning(warning);
@@ -86,6 +101,10 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
         false => table(&report, &options.output),
     };
     Ok(output::result(&text)?)
+}
+
+fn as_option(error: SettingError) -> SettingError {
+    error.as_option(&[("measured", "--measured")])
 }
 
 /// Of a file's bytes; of standard input, nothing is left to read.

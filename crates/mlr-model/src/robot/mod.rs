@@ -4,11 +4,13 @@ mod calibration;
 mod edit;
 mod file;
 mod imu;
+mod measurement;
 mod parameter;
 mod servo;
 
 pub use calibration::{Calibration, Gaussian};
 pub use imu::Imu;
+pub use measurement::Measurement;
 pub use parameter::RobotParameter;
 pub use servo::{Drive, Servo};
 

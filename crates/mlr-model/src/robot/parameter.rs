@@ -83,6 +83,11 @@ impl RobotParameter {
         }
     }
 
+    /// Whether its coordinate is the logarithm of its value.
+    pub(crate) fn is_logarithmic(self) -> bool {
+        self.unit() == "ln"
+    }
+
     /// Its coordinate in the description of a robot; 0 for a parameter that the robot lacks.
     pub fn coordinate(self, robot: &Robot) -> f64 {
         match self {

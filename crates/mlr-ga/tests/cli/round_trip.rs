@@ -1,10 +1,6 @@
 //! Logs written by `simulate` and read by `identify`, through the program.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-mod program;
-
-use program::Folder;
+use crate::program::Folder;
 use serde_json::Value;
 
 /// A genetic algorithm that takes a second or two.

@@ -1,17 +1,13 @@
 //! Logs as other programs write them: each is read to the numbers of the plain one.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::{
     f64::consts::{PI, TAU},
     io::Write as _,
 };
 
+use crate::program::Folder;
 use flate2::{Compression, write::GzEncoder};
 use nalgebra::UnitQuaternion;
-use program::Folder;
 use serde_json::Value;
 
 /// A row of the plain log: time, roll, pitch, yaw.

@@ -1,6 +1,5 @@
 //! Stopped in the middle of long work, as by Ctrl-C.
-#![cfg(all(feature = "cli", unix))]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![cfg(unix)]
 
 use std::{
     fs,

@@ -1,13 +1,9 @@
 //! Joint trajectories written and walked by `simulate`, through the program.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::fs;
 
+use crate::program::Folder;
 use mlr_model::{Gait, JointTrajectory, Motion, Robot};
-use program::Folder;
 use serde_json::Value;
 
 const BAD_INPUT: i32 = 2;

@@ -1,6 +1,4 @@
 //! Explanations of a directory of logs against the truth, as far as no walk is needed for it.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::{fs, path::Path};
 

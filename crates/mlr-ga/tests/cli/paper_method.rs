@@ -1,13 +1,9 @@
 //! The paper's method, one morphology beside a log, and the picture of a detection, through the
 //! program.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::fs;
 
-use program::Folder;
+use crate::program::Folder;
 use serde_json::Value;
 
 fn simulated(folder: &Folder, legs_lost: &str, walk_s: &str) -> String {

@@ -1,12 +1,8 @@
 //! `explain-servo` through the program, on a real servo.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::fs;
 
-use program::Folder;
+use crate::program::Folder;
 use serde_json::Value;
 
 fn real(name: &str) -> String {

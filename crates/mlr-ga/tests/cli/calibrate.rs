@@ -1,13 +1,9 @@
 //! `calibrate`, and what other commands make of the description that it writes, through the program.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::fs;
 
+use crate::program::Folder;
 use mlr_model::{Robot, RobotParameter};
-use program::Folder;
 use serde_json::Value;
 
 /// A robot of its own: a sensor tilted by a degree, a femur's horn and the clock a little off.
@@ -71,6 +67,8 @@ fn a_robot_is_calibrated_by_its_walk_and_known_from_then_on() {
         "--json",
         "--robot",
         &calibrated,
+        "--measured",
+        "body_mass=1.39+-0.002",
         "-o",
         &better,
     ];
@@ -80,6 +78,13 @@ fn a_robot_is_calibrated_by_its_walk_and_known_from_then_on() {
         .as_f64()
         .unwrap();
     assert!(before < 0.5 * error("error_before"), "{before}");
+    // The scale tells what walks do not.
+    let parameters = next["parameters"].as_array().unwrap().iter();
+    let mut masses = parameters.filter(|one| one["name"] == "body_mass");
+    let weighed = masses.next().unwrap();
+    assert_eq!(weighed["is_told"], true);
+    assert!((weighed["physical"].as_f64().unwrap().exp() - 1.39).abs() < 0.004);
+    assert_eq!(next["measured"][0]["deviation"], 0.002);
     // Comments of the description are kept, and the old section is replaced.
     let text = fs::read_to_string(&better).unwrap();
     assert!(text.starts_with("# Hiwonder JetHexa"));
@@ -114,6 +119,15 @@ fn what_cannot_be_calibrated_is_said() {
         &robot,
     ];
     folder.fails(&arguments, 2, &["2 gaits for 1 logs", "one for each"]);
+    let weighed = [
+        "calibrate",
+        &log,
+        "--measured",
+        "body_mass=1.4",
+        "-o",
+        &robot,
+    ];
+    folder.fails(&weighed, 2, &["--measured", "NAME=VALUE+-DEVIATION"]);
     let missing = folder.path("none.csv");
     folder.fails(&["calibrate", &missing, "-o", &robot], 2, &["none.csv"]);
     let kept = folder.write("kept.toml", "precious");

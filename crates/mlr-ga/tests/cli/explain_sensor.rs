@@ -1,10 +1,6 @@
 //! `explain-sensor` through the program, on a real gyroscope beside a shaft encoder.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-mod program;
-
-use program::Folder;
+use crate::program::Folder;
 use serde_json::Value;
 
 const ROLL: [&str; 2] = ["--rate", "g2x_dps"];

@@ -1,9 +1,6 @@
 //! Several logs of one robot: likelihoods multiply, and what one log leaves open another tells.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-mod program;
-
+use crate::program::Folder;
 use mlr_filter::{Axes, OrientationSeries};
 use mlr_ga::{
     AnswerError, IdentifySettings, LossHypothesis, MeasuredWalk, Objective, RecordedWalk,
@@ -15,7 +12,6 @@ use mlr_model::{
     Gait, JointTrajectory, LostLinks, Morphology, Motion, Outcome, Robot, SimulationSettings,
     Simulator, Variation,
 };
-use program::Folder;
 use serde_json::Value;
 
 /// The nominal model alone, and lost links gone.
@@ -282,6 +278,9 @@ fn the_program_answers_from_all_logs_and_says_what_each_is_worth() {
         2,
         &["no atlas", "--search ga"],
     );
-    let empty = folder.write("empty.csv", program::standing_then_rocking(3.0, 4.0, 200.0));
+    let empty = folder.write(
+        "empty.csv",
+        crate::program::standing_then_rocking(3.0, 4.0, 200.0),
+    );
     fails(&[&tripod, &empty], 1, &["empty.csv"]);
 }

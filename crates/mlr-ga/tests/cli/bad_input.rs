@@ -1,14 +1,10 @@
 //! What a user gets for a log that is no log: a message that names the place,
 //! the exit status that other programs rely on, and nothing on stdout.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::{fmt::Write as _, fs, io::Write as _};
 
+use crate::program::{Folder, HEADER, standing_then_rocking};
 use flate2::{Compression, write::GzEncoder};
-use program::{Folder, HEADER, standing_then_rocking};
 
 /// Exit status: the log was read and cannot answer.
 const CANNOT_ANSWER: i32 = 1;

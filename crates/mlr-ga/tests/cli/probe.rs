@@ -1,13 +1,9 @@
 //! `probe --calibrate` through the program: what it writes is what other commands take.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::fs;
 
+use crate::program::Folder;
 use mlr_model::{Gait, JointTrajectory, Motion, Robot};
-use program::Folder;
 use serde_json::Value;
 
 #[test]

@@ -1,8 +1,5 @@
 //! Files that are made to harm: they end with a short message, in bounded memory.
-#![cfg(all(feature = "cli", target_os = "linux"))]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
+#![cfg(target_os = "linux")]
 
 use std::{
     fs::{self, File},
@@ -10,9 +7,9 @@ use std::{
     process::{Command, Output},
 };
 
+use crate::program::{Folder, HEADER, standing_then_rocking};
 use assert_cmd::cargo::cargo_bin;
 use flate2::{Compression, write::GzEncoder};
-use program::{Folder, HEADER, standing_then_rocking};
 
 /// Address space that the program gets, in kB: more than it ever holds in memory.
 const MEMORY_KB: u32 = 300 * 1024;

@@ -1,15 +1,11 @@
 //! The atlas, through the program: a quadruped's, which is small.
-#![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod program;
 
 use std::fs;
 
-use program::Folder;
+use crate::program::Folder;
 use serde_json::Value;
 
-const QUADRUPED: &str = include_str!("../../mlr-model/tests/quadruped.toml");
+const QUADRUPED: &str = include_str!("../../../mlr-model/tests/quadruped.toml");
 
 const CRAWL: &str = r#"
 name = "crawl"

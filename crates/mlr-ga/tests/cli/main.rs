@@ -1,0 +1,20 @@
+//! What a user of `mlr-ga` gets: the program as it is run, one file for each topic. One program for all, so that
+//! long tests run beside short ones.
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod atlas;
+mod bad_input;
+mod calibrate;
+mod evaluate_effects;
+mod explain_sensor;
+mod explain_servo;
+mod foreign_logs;
+mod hostile_files;
+mod interrupted;
+mod joint_trajectories;
+mod paper_method;
+mod probe;
+mod program;
+mod round_trip;
+mod several_logs;
