@@ -6,12 +6,9 @@ use crate::{model::KNOWN, recording, truth::Truth};
 fn explained(name: &str) -> WalkExplanation {
     let recording = recording(name);
     assert!(recording.raw_beside_angles().is_some());
-    let mut explanation = EvidenceSettings::default();
-    // Single effects: pairs take half as long again.
-    explanation.effort.most_effects = 1;
     let how = ExplainSettings {
         identify: &IdentifySettings::default(),
-        explanation: &explanation,
+        explanation: &EvidenceSettings::default(),
     };
     explain(&recording, KNOWN.with_atlas(), how, &())
         .unwrap()
