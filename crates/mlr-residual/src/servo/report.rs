@@ -1,6 +1,6 @@
 //! What an explanation of a servo says.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mlr_model::Servo;
 use serde::Serialize;
@@ -111,8 +111,8 @@ pub(super) fn explanation(
             after_rad,
         });
     }
-    let posterior = Posterior::new(found.fitted.iter().cloned());
-    let probability = |kind: &str| posterior.sum(|kinds| kinds.contains(&kind));
+    let posterior = Posterior::new(best_of_each_set(&found.fitted));
+    let probability = |kind: &str| posterior.sum(|kinds| kinds.contains(kind));
     let seen = found.fitted.iter().flat_map(|(kinds, _)| kinds);
     let tried = found
         .tried
@@ -134,6 +134,18 @@ pub(super) fn explanation(
         servo: model.bench.servo,
         signals,
     })
+}
+
+/// Every set of effects once, as it was fitted best.
+fn best_of_each_set(fitted: &[(Vec<&'static str>, f64)]) -> BTreeMap<BTreeSet<&'static str>, f64> {
+    let mut sets = BTreeMap::new();
+    for (kinds, ln_weight) in fitted {
+        let best = sets
+            .entry(kinds.iter().copied().collect())
+            .or_insert(f64::NEG_INFINITY);
+        *best = f64::max(*best, *ln_weight);
+    }
+    sets
 }
 
 fn error_deg(recording: &ServoRecording, predicted_rad: &[f64]) -> f64 {

@@ -31,11 +31,10 @@ pub(super) struct Found<'a> {
 /// Finds what a servo has that its data sheet lacks.
 ///
 /// 1. **Residual.** The bench of the data sheet is simulated with the goals of every recording.
-/// 2. **Effects.** All effects of the library are fitted one beside the other. Then one is left out at a
-///    time, as long as the evidence grows, and one that was left out is tried again. Every effect is there with
-///    a probability of a fifth. What the others make of a parameter while one is missing does not decide: a
-///    search that adds effects to a servo that lacks all of them ends with others, and with less
-///    evidence.
+/// 2. **Effects.** All effects of the library are fitted together. Then one is left out at a time, as long
+///    as evidence times prior grows, and those that were left out are tried again. A search that begins
+///    without effects ends with less evidence: while friction is missing, whatever slows the joint stands
+///    in for it.
 /// 3. **Before and after.** The error on recordings that neither fit nor choice has seen, `unseen`,
 ///    is measured at the end.
 ///

@@ -82,12 +82,18 @@ mod tests {
     #[test]
     fn every_effect_changes_the_model_within_what_a_servo_can_be() {
         for effect in LIBRARY {
-            for values in effect.starts(&described()) {
+            let with = |values: Vec<f64>| {
                 let mut model = described();
                 effect.apply(&values, &mut model);
-                assert_ne!(model, described(), "{} {values:?}", effect.kind());
                 assert!(model.bench.check().is_ok(), "{}", effect.kind());
-            }
+                model
+            };
+            let mut models = effect.starts(&described()).into_iter().map(with);
+            assert!(
+                models.any(|model| model != described()),
+                "{}",
+                effect.kind()
+            );
             assert_eq!(find(effect.kind()).unwrap().kind(), effect.kind());
         }
     }
