@@ -1,24 +1,20 @@
 //! The bench as a rapier multibody of one joint.
 
-use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
-use rapier3d::prelude::*;
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use rapier3d::prelude::RigidBodyBuilder;
 
 use super::{Arm, Bench};
 use crate::{
     Servo,
     robot::rotation_about,
     simulation::{
+        physics::{GRAVITY_MPS2, Physics},
         rigid_mass::RigidMass,
         servo_state::{HINGE_AXIS, ServoState},
     },
 };
 
-/// Gravity, m/s² along z.
-const GRAVITY_MPS2: f32 = -9.81;
-/// Rapier's tolerances are made for objects of a metre; a pendulum on a bench is a tenth.
-const LENGTH_UNIT: f32 = 0.1;
-
-/// What the servo is told from some time on.
+/// A command to the servo, in force until the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// From when on, s.
@@ -40,18 +36,7 @@ pub struct Swing<'a> {
     time_step_s: f64,
     steps: usize,
     servo: ServoState,
-    pipeline: PhysicsPipeline,
-    parameters: IntegrationParameters,
-    islands: IslandManager,
-    broad_phase: DefaultBroadPhase,
-    narrow_phase: NarrowPhase,
-    bodies: RigidBodySet,
-    colliders: ColliderSet,
-    impulse_joints: ImpulseJointSet,
-    multibody_joints: MultibodyJointSet,
-    soft_bodies: SoftBodySet,
-    ccd_solver: CCDSolver,
-    multibody: Option<MultibodyIndex>,
+    physics: Physics,
 }
 
 impl<'a> Swing<'a> {
@@ -69,24 +54,7 @@ impl<'a> Swing<'a> {
             time_step_s,
             steps: 0,
             servo: ServoState::at(start_rad),
-            pipeline: PhysicsPipeline::new(),
-            parameters: IntegrationParameters {
-                dt: time_step_s as f32,
-                num_solver_iterations: 1,
-                length_unit: LENGTH_UNIT,
-                max_ccd_substeps: 0,
-                ..Default::default()
-            },
-            islands: IslandManager::new(),
-            broad_phase: DefaultBroadPhase::new(),
-            narrow_phase: NarrowPhase::new(),
-            bodies: RigidBodySet::new(),
-            colliders: ColliderSet::new(),
-            impulse_joints: ImpulseJointSet::new(),
-            multibody_joints: MultibodyJointSet::new(),
-            soft_bodies: SoftBodySet::new(),
-            ccd_solver: CCDSolver::new(),
-            multibody: None,
+            physics: Physics::new(Physics::parameters(time_step_s, 1)),
         };
         swing.hang(start_rad);
         swing
@@ -94,46 +62,27 @@ impl<'a> Swing<'a> {
 
     /// Hangs the arm on its shaft.
     fn hang(&mut self, start_rad: f64) {
-        let Servo {
-            damping_nm_s_per_rad: damping,
-            drive,
-            ..
-        } = self.bench.servo;
-        let shaft = self.bodies.insert(RigidBodyBuilder::fixed());
-        let arm = self.bodies.insert(
+        let physics = &mut self.physics;
+        let shaft = physics.bodies.insert(RigidBodyBuilder::fixed());
+        let arm = physics.bodies.insert(
             RigidBodyBuilder::dynamic()
                 .can_sleep(false)
                 .additional_mass_properties(mass_of(&self.bench.arm).properties()),
         );
         // Every joint of rapier turns about its own x axis; the shaft lies along y.
         let quarter = std::f64::consts::FRAC_PI_2;
-        let hinge = rotation_about(&Vector3::z(), quarter);
-        let [x, y, z, w] = hinge.coords.cast::<f32>().into();
-        let hinge = Pose::from_parts(Vector::ZERO, Rotation::from_xyzw(x, y, z, w));
-        let joint = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
-            .local_frame1(hinge)
-            .local_frame2(hinge)
-            .contacts_enabled(false);
-        self.multibody_joints
-            .insert(shaft, arm, joint, true)
-            .expect("the only joint closes no loop");
-        self.bodies[arm].recompute_mass_properties_from_colliders(&self.colliders);
-        let link = self.multibody_joints.rigid_body_link(arm);
-        self.multibody = link.map(|link| link.multibody);
-        let Some(multibody) = self
-            .multibody
-            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
-        else {
-            return;
-        };
+        let turned = rotation_about(&Vector3::z(), quarter);
+        let hinge = Isometry3::from_parts(Vector3::zeros().into(), turned);
+        physics.hang(arm, shaft, &hinge, &hinge);
+        physics.recompute_masses();
         // Until now rapier takes the shaft for a free body.
-        multibody.forward_kinematics(&self.bodies, true);
-        let friction = damping + drive.viscous_nm_s_per_rad;
-        multibody.damping_mut().fill(friction as f32);
-        multibody.armature_mut().fill(drive.armature_kg_m2 as f32);
-        multibody.apply_displacements(&[start_rad as f32]);
-        multibody.forward_kinematics(&self.bodies, true);
-        multibody.update_rigid_bodies(&mut self.bodies, true);
+        physics.move_parts();
+        if let Some(multibody) = physics.multibody_mut() {
+            let armature = self.bench.servo.drive.armature_kg_m2;
+            multibody.armature_mut().fill(armature as f32);
+            multibody.apply_displacements(&[start_rad as f32]);
+        }
+        physics.move_parts();
     }
 
     /// The reported angle now and after every time step of so many; `None` where it does not stay
@@ -149,10 +98,7 @@ impl<'a> Swing<'a> {
     }
 
     fn angle_rad(&self) -> Option<f64> {
-        let multibody = self
-            .multibody
-            .and_then(|index| self.multibody_joints.get_multibody(index))?;
-        let angle_rad = f64::from(multibody.link(1)?.joint.coords()[HINGE_AXIS]);
+        let angle_rad = f64::from(self.physics.multibody()?.link(1)?.joint.coords()[HINGE_AXIS]);
         angle_rad.is_finite().then_some(angle_rad)
     }
 
@@ -160,7 +106,7 @@ impl<'a> Swing<'a> {
     fn weight_nm(&self) -> f64 {
         let arm = &self.bench.arm;
         let from_hanging_rad = self.angle_rad().unwrap_or_default() - arm.hanging_rad;
-        let weight_n = arm.mass_kg * f64::from(GRAVITY_MPS2);
+        let weight_n = arm.mass_kg * GRAVITY_MPS2;
         weight_n * arm.length_m * libm::sin(from_hanging_rad)
     }
 
@@ -168,7 +114,7 @@ impl<'a> Swing<'a> {
     fn command(&self) -> Option<&'a Command> {
         let first_s = self.commands.first()?.time_s;
         let passed_s = self.steps as f64 * self.time_step_s - self.bench.servo.latency_s;
-        // Half a step is far above what rounding makes of equal times.
+        // A thousandth of a step is far above what rounding makes of equal times.
         let time_s = first_s + passed_s + 1e-3 * self.time_step_s;
         let later = self.commands.partition_point(|one| one.time_s <= time_s);
         self.commands.get(later.saturating_sub(1))
@@ -178,10 +124,7 @@ impl<'a> Swing<'a> {
         let command = self.command().copied();
         let weight_nm = self.weight_nm();
         self.steps += 1;
-        if let Some(multibody) = self
-            .multibody
-            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
-        {
+        if let Some(multibody) = self.physics.multibody_mut() {
             let speed_rad_per_s = multibody.generalized_velocity()[0];
             let motor_on = command.is_some_and(|command| command.motor_on);
             let Servo {
@@ -214,21 +157,7 @@ impl<'a> Swing<'a> {
                 multibody.frictions_mut().fill(friction_nm as f32);
             }
         }
-        self.pipeline.step(
-            Vector::new(0.0, 0.0, GRAVITY_MPS2),
-            &self.parameters,
-            &mut self.islands,
-            &mut self.broad_phase,
-            &mut self.narrow_phase,
-            &mut self.bodies,
-            &mut self.colliders,
-            &mut self.impulse_joints,
-            &mut self.multibody_joints,
-            &mut self.soft_bodies,
-            &mut self.ccd_solver,
-            &(),
-            &(),
-        );
+        self.physics.step(&(GRAVITY_MPS2 * Vector3::z()));
     }
 }
 
@@ -245,15 +174,8 @@ fn scaled(servo: &Servo, command: &Command) -> Servo {
 fn mass_of(arm: &Arm) -> RigidMass {
     let hanging = rotation_about(&Vector3::y(), -arm.hanging_rad);
     let center_m = hanging * Vector3::new(0.0, 0.0, -arm.length_m);
-    let about_shaft = arm.inertia_kg_m2;
-    let mut mass = RigidMass::new(0.0, Vector3::zeros(), Matrix3::zeros());
-    let weight = RigidMass::new(
-        arm.mass_kg,
-        Vector3::zeros(),
-        Matrix3::from_diagonal_element(about_shaft),
-    );
-    mass.attach(&weight, &Isometry3::from(Translation3::from(center_m)));
-    mass
+    let inertia = Matrix3::from_diagonal_element(arm.inertia_kg_m2);
+    RigidMass::new(arm.mass_kg, center_m, inertia)
 }
 
 #[cfg(test)]

@@ -37,7 +37,8 @@ pub struct Servo {
 #[serde(deny_unknown_fields, default)]
 pub struct Drive {
     /// Whether the torque limit is that of a motor at rest: damping is the motor's back EMF and takes
-    /// torque away at the limit as well. If not, spring and damper together stay within the limit.
+    /// torque away at the limit as well; with play or a dead band it does in any case. If not, spring
+    /// and damper together stay within the limit.
     pub back_emf: bool,
     /// Inertia of the rotor, as it acts on the joint.
     pub armature_kg_m2: f64,

@@ -21,7 +21,7 @@ impl RigidMass {
         }
     }
 
-    pub(crate) fn of_link(link: &Link) -> Self {
+    pub(super) fn of_link(link: &Link) -> Self {
         Self::new(
             link.mass_kg,
             Vector3::new(link.center_of_mass_m, 0.0, 0.0),
@@ -31,7 +31,7 @@ impl RigidMass {
 
     /// Adds `links` rigidly, each at its locked angle, the first one's joint at
     /// `frame`.
-    pub(crate) fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
+    pub(super) fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
         let mut joint = frame;
         for link in links {
             let rotation = rotation_about(&link.joint.direction(), link.locked_rad);
@@ -42,7 +42,7 @@ impl RigidMass {
     }
 
     /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem).
-    pub(crate) fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
+    pub(super) fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
         let other_center = (frame * Point3::from(other.center_m)).coords;
         let turn = frame.rotation.to_rotation_matrix();
         let other_inertia = turn * other.inertia_kg_m2 * turn.transpose();
@@ -73,6 +73,6 @@ fn shift(mass_kg: f64, offset: Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// From a link's joint to its outer end, where the next one hangs.
-pub(crate) fn outer_end(link: &Link) -> Isometry3<f64> {
+pub(super) fn outer_end(link: &Link) -> Isometry3<f64> {
     Isometry3::translation(link.length_m, 0.0, 0.0)
 }

@@ -34,7 +34,7 @@ impl ServoState {
 
     /// Torque of the last step as predicted at its start, before the implicit
     /// correction within the step.
-    pub(crate) fn torque_nm(&self) -> f64 {
+    pub(super) fn torque_nm(&self) -> f64 {
         self.torque_nm
     }
 

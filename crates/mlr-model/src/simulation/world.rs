@@ -8,6 +8,7 @@ use super::{
     LostLinks, Simulator, contacts,
     heading_frame::HeadingFrame,
     leg_state::LegState,
+    physics::{GRAVITY_MPS2, Physics, to_pose, to_rotation, to_vector},
     rigid_mass::{RigidMass, outer_end},
     servo_state::ServoState,
 };
@@ -15,11 +16,6 @@ use crate::{
     Fault, JointAxis, JointCommands, Morphology, kinematics,
     robot::{ContactShape, rotation_about},
 };
-
-/// Gravity, m/s² along z.
-const GRAVITY_MPS2: f64 = -9.81;
-/// Rapier's tolerances are made for objects of a metre; this robot's are a tenth.
-const LENGTH_UNIT: f32 = 0.1;
 
 /// One robot on one ground.
 pub(super) struct World<'a> {
@@ -30,21 +26,10 @@ pub(super) struct World<'a> {
     /// What pulls at the body, in the world.
     pull_n: Vector3<f64>,
     time_step_s: f64,
-    pipeline: PhysicsPipeline,
-    parameters: IntegrationParameters,
-    islands: IslandManager,
-    broad_phase: DefaultBroadPhase,
-    narrow_phase: NarrowPhase,
-    bodies: RigidBodySet,
-    colliders: ColliderSet,
-    impulse_joints: ImpulseJointSet,
-    multibody_joints: MultibodyJointSet,
-    soft_bodies: SoftBodySet,
-    ccd_solver: CCDSolver,
+    physics: Physics,
     body: RigidBodyHandle,
     /// In the order of the multibody's links.
     joints: Vec<Joint>,
-    multibody: Option<MultibodyIndex>,
     /// What each collider belongs to: the body is 0, leg i is i + 1.
     owners: Vec<(ColliderHandle, usize)>,
 }
@@ -84,7 +69,7 @@ impl<'a> World<'a> {
             let [x, y, z] = payload.position_m;
             body_mass.attach(&point, &Isometry3::translation(x, y, z));
         }
-        world.body = world.bodies.insert(
+        world.body = world.physics.bodies.insert(
             RigidBodyBuilder::dynamic()
                 .pose(to_pose(&start))
                 .can_sleep(false)
@@ -98,10 +83,7 @@ impl<'a> World<'a> {
         for (index, leg) in legs.iter().enumerate() {
             world.add_leg(simulator, index, leg, morphology.remaining(index), &start);
         }
-        // Rapier would only do so during the first step.
-        for (_, part) in world.bodies.iter_mut() {
-            part.recompute_mass_properties_from_colliders(&world.colliders);
-        }
+        world.physics.recompute_masses();
         world.legs = legs;
         world.set_stance(&simulator.commands);
         world.pull();
@@ -116,37 +98,19 @@ impl<'a> World<'a> {
             frame: HeadingFrame::new(&settings.terrain, simulator.follows_heading),
             pull_n: pull_n(&settings.faults),
             time_step_s: settings.time_step_s,
-            pipeline: PhysicsPipeline::new(),
-            parameters: IntegrationParameters {
-                dt: settings.time_step_s as f32,
-                num_solver_iterations: settings.substeps,
-                length_unit: LENGTH_UNIT,
+            physics: Physics::new(IntegrationParameters {
                 static_contact_softness: SpringCoefficients::new(
                     settings.contact.natural_frequency_hz as f32,
                     settings.contact.damping_ratio as f32,
                 ),
-                // Recycled contacts may be stale by millimetres, and a walking
-                // robot is never fast enough to tunnel.
-                contact_recycling: false,
-                max_ccd_substeps: 0,
-                ..Default::default()
-            },
-            islands: IslandManager::new(),
-            broad_phase: DefaultBroadPhase::new(),
-            narrow_phase: NarrowPhase::new(),
-            bodies: RigidBodySet::new(),
-            colliders: ColliderSet::new(),
-            impulse_joints: ImpulseJointSet::new(),
-            multibody_joints: MultibodyJointSet::new(),
-            soft_bodies: SoftBodySet::new(),
-            ccd_solver: CCDSolver::new(),
+                ..Physics::parameters(settings.time_step_s, settings.substeps)
+            }),
             body: RigidBodyHandle::invalid(),
             joints: Vec::new(),
-            multibody: None,
             owners: Vec::new(),
         };
         let pose = Isometry3::from_parts(Translation3::identity(), simulator.ground_rotation);
-        world.colliders.insert(contacts::ground(
+        world.physics.colliders.insert(contacts::ground(
             simulator.ground.clone(),
             to_pose(&pose),
             &settings.contact,
@@ -155,9 +119,10 @@ impl<'a> World<'a> {
     }
 
     fn add_collider(&mut self, collider: Collider, part: RigidBodyHandle, owner: usize) {
-        let handle = self
-            .colliders
-            .insert_with_parent(collider, part, &mut self.bodies);
+        let Physics {
+            bodies, colliders, ..
+        } = &mut self.physics;
+        let handle = colliders.insert_with_parent(collider, part, bodies);
         self.owners.push((handle, owner));
     }
 
@@ -178,24 +143,15 @@ impl<'a> World<'a> {
             if link_index + 1 == remaining && simulator.settings.lost_links == LostLinks::Locked {
                 mass.attach_locked(&leg.links[remaining..], outer_end(link));
             }
-            let part = self.bodies.insert(
+            let part = self.physics.bodies.insert(
                 RigidBodyBuilder::dynamic()
                     .pose(to_pose(start))
                     .can_sleep(false)
                     .additional_mass_properties(mass.properties()),
             );
             let hinge = hinge_frame(link.joint);
-            let joint = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
-                .local_frame1(to_pose(&(frame_in_parent * hinge)))
-                .local_frame2(to_pose(&hinge))
-                .contacts_enabled(false);
-            self.multibody_joints
-                .insert(parent, part, joint, true)
-                .expect("every link is new, so no loop can close");
-            self.multibody = self
-                .multibody_joints
-                .rigid_body_link(part)
-                .map(|id| id.multibody);
+            self.physics
+                .hang(part, parent, &(frame_in_parent * hinge), &hinge);
             self.joints.push(Joint {
                 leg: index,
                 link: link_index,
@@ -213,10 +169,7 @@ impl<'a> World<'a> {
     /// Bends the joints to the stance and gives them the servo's damping and rotor; the
     /// free body keeps none of rapier's default damping.
     fn set_stance(&mut self, commands: &JointCommands) {
-        let Some(multibody) = self
-            .multibody
-            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
-        else {
+        let Some(multibody) = self.physics.multibody_mut() else {
             return;
         };
         let mut displacements = vec![0.0; multibody.ndofs()];
@@ -233,14 +186,13 @@ impl<'a> World<'a> {
             multibody.armature_mut()[freedom] = servo.drive.armature_kg_m2 as f32;
         }
         multibody.apply_displacements(&displacements);
-        multibody.forward_kinematics(&self.bodies, true);
-        multibody.update_rigid_bodies(&mut self.bodies, true);
+        self.physics.move_parts();
     }
 
     /// Lets external forces pull at the body until they are set again.
     fn pull(&mut self) {
         let pull_n = to_vector(&self.frame.in_frame(&self.pull_n));
-        let body = &mut self.bodies[self.body];
+        let body = &mut self.physics.bodies[self.body];
         body.reset_forces(true);
         body.add_force(pull_n, true);
     }
@@ -251,18 +203,15 @@ impl<'a> World<'a> {
             return;
         };
         let turned = to_rotation(&turned);
-        let body = &mut self.bodies[self.body];
+        let body = &mut self.physics.bodies[self.body];
         let old = *body.position();
         body.set_position(
             Pose::from_parts(old.translation, turned * old.rotation),
             true,
         );
         self.pull();
-        let Some(multibody) = self
-            .multibody
-            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
-        else {
-            let body = &mut self.bodies[self.body];
+        let Some(multibody) = self.physics.multibody_mut() else {
+            let body = &mut self.physics.bodies[self.body];
             let (linear, angular) = (body.linvel(), body.angvel());
             body.set_linvel(turned * linear, true);
             body.set_angvel(turned * angular, true);
@@ -277,8 +226,7 @@ impl<'a> World<'a> {
                 velocity[first + index] = value;
             }
         }
-        multibody.forward_kinematics(&self.bodies, true);
-        multibody.update_rigid_bodies(&mut self.bodies, true);
+        self.physics.move_parts();
     }
 
     /// Drives the servos with the commands of gait time `time_s` and advances by
@@ -287,32 +235,13 @@ impl<'a> World<'a> {
         self.follow_heading();
         self.drive_servos(commands, time_s - self.latency_s);
         let gravity_mps2 = self.frame.in_frame(&(GRAVITY_MPS2 * Vector3::z()));
-        self.pipeline.step(
-            to_vector(&gravity_mps2),
-            &self.parameters,
-            &mut self.islands,
-            &mut self.broad_phase,
-            &mut self.narrow_phase,
-            &mut self.bodies,
-            &mut self.colliders,
-            &mut self.impulse_joints,
-            &mut self.multibody_joints,
-            &mut self.soft_bodies,
-            &mut self.ccd_solver,
-            &(),
-            &(),
-        );
-        let pose = self.bodies[self.body].position();
-        self.pipeline.quarantine().is_empty()
-            && pose.translation.is_finite()
-            && pose.rotation.is_finite()
+        let is_whole = self.physics.step(&gravity_mps2);
+        let pose = self.physics.bodies[self.body].position();
+        is_whole && pose.translation.is_finite() && pose.rotation.is_finite()
     }
 
     fn drive_servos(&mut self, commands: &JointCommands, command_time_s: f64) {
-        let Some(multibody) = self
-            .multibody
-            .and_then(|index| self.multibody_joints.get_multibody_mut(index))
-        else {
+        let Some(multibody) = self.physics.multibody_mut() else {
             return;
         };
         for (index, joint) in self.joints.iter_mut().enumerate() {
@@ -339,7 +268,7 @@ impl<'a> World<'a> {
 
     /// The body's in the frame of the physics.
     fn pose(&self) -> Isometry3<f64> {
-        let pose = self.bodies[self.body].position();
+        let pose = self.physics.bodies[self.body].position();
         let (p, q) = (pose.translation, pose.rotation);
         let [x, y, z, w] = [q.x, q.y, q.z, q.w].map(f64::from);
         Isometry3::from_parts(
@@ -372,6 +301,7 @@ impl<'a> World<'a> {
         let mut force_n = vec![0.0; self.legs.len() + 1];
         for (collider, owner) in &self.owners {
             let impulse: f32 = self
+                .physics
                 .narrow_phase
                 .contact_pairs_with(*collider)
                 .map(ContactPair::total_impulse_magnitude)
@@ -383,7 +313,8 @@ impl<'a> World<'a> {
 
     pub(super) fn energy_j(&self) -> f64 {
         let up = self.frame.in_frame(&Vector3::z());
-        self.bodies
+        self.physics
+            .bodies
             .iter()
             .map(|(_, part)| {
                 let center = part.center_of_mass();
@@ -456,22 +387,5 @@ fn hinge_frame(axis: JointAxis) -> Isometry3<f64> {
     Isometry3::from_parts(
         Translation3::identity(),
         rotation_about(&towards, -std::f64::consts::FRAC_PI_2),
-    )
-}
-
-fn to_vector(vector: &Vector3<f64>) -> Vector {
-    let [x, y, z] = vector.cast::<f32>().into();
-    Vector::new(x, y, z)
-}
-
-fn to_rotation(rotation: &UnitQuaternion<f64>) -> Rotation {
-    let [x, y, z, w] = rotation.coords.cast::<f32>().into();
-    Rotation::from_xyzw(x, y, z, w)
-}
-
-fn to_pose(isometry: &Isometry3<f64>) -> Pose {
-    Pose::from_parts(
-        to_vector(&isometry.translation.vector),
-        to_rotation(&isometry.rotation),
     )
 }
