@@ -1,5 +1,7 @@
 //! What is fitted of an effect of a walk or of a servo.
 
+use std::collections::BTreeMap;
+
 use crate::Prior;
 
 /// A parameter of an effect. Its name ends in its unit; a ratio or a logarithm has none.
@@ -97,6 +99,12 @@ impl EffectParameter {
             .iter()
             .any(|bound| (value - bound).abs() <= 1e-9 * deviation)
     }
+}
+
+/// A report of these names and values.
+pub(crate) fn named<'n>(values: impl IntoIterator<Item = (&'n str, f64)>) -> BTreeMap<String, f64> {
+    let owned = |(name, value): (&str, f64)| (name.to_string(), value);
+    values.into_iter().map(owned).collect()
 }
 
 #[cfg(test)]

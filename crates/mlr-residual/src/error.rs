@@ -30,7 +30,7 @@ pub enum SensorError {
         /// Samples needed.
         needed_samples: usize,
     },
-    /// One of the stretches has hardly any samples.
+    /// One of the stretches has too few samples.
     #[error(
         "too few samples from {from_s:.2} s to {to_s:.2} s: {samples}, at least {needed} are needed"
     )]

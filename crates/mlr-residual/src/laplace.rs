@@ -2,23 +2,26 @@
 
 use nalgebra::DMatrix;
 
-/// Logarithm of the volume of the posterior of parameters over that of their prior, by the curvature of
-/// minus the logarithm of the likelihood; minus infinity where a curvature is not finite.
-pub(crate) fn ln_volume(mut curvature: DMatrix<f64>) -> f64 {
+/// Precision of the posterior: the curvature of minus the logarithm of the likelihood, and that of the
+/// prior.
+pub(crate) fn precision(mut curvature: DMatrix<f64>) -> DMatrix<f64> {
     for k in 0..curvature.ncols() {
         curvature[(k, k)] += 1.0;
     }
-    let factors = curvature.cholesky();
+    curvature
+}
+
+/// Logarithm of the volume of the posterior of parameters over that of their prior, by the curvature of
+/// minus the logarithm of the likelihood; minus infinity where a curvature is not finite.
+pub(crate) fn ln_volume(curvature: DMatrix<f64>) -> f64 {
+    let factors = precision(curvature).cholesky();
     factors.map_or(f64::NEG_INFINITY, |factors| -0.5 * factors.ln_determinant())
 }
 
 /// Covariance of the parameters by the same curvature; that of their prior where it has no inverse.
-pub(crate) fn covariance(mut curvature: DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn covariance(curvature: DMatrix<f64>) -> DMatrix<f64> {
     let p = curvature.ncols();
-    for k in 0..p {
-        curvature[(k, k)] += 1.0;
-    }
-    curvature
+    precision(curvature)
         .try_inverse()
         .unwrap_or_else(|| DMatrix::identity(p, p))
 }

@@ -34,7 +34,7 @@ fn described() -> Bench {
     }
 }
 
-/// Three seconds of a servo that is told to swing, to a 12-bit encoder's resolution.
+/// Three seconds of a servo that is commanded to swing, to a 12-bit encoder's resolution.
 fn recorded(bench: &Bench, amplitude_rad: f64) -> ServoRecording {
     let times_s: Vec<f64> = (0..SAMPLES).map(|k| k as f64 / RATE_HZ).collect();
     let goal = |t: f64| amplitude_rad * (4.0 * t + t * t).sin();

@@ -162,9 +162,7 @@ impl Report<'_> {
         for fitted in [true, false] {
             let of = found.recordings.iter().filter(|one| one.fitted == fitted);
             let lines = of.map(|one| {
-                let name = Path::new(&one.recording).file_name();
-                let name =
-                    name.map_or_else(|| one.recording.clone(), |n| n.to_string_lossy().into());
+                let name = output::file_name(&one.recording);
                 format!("{:>11.2}° {:>13.2}°  {name}", one.before_deg, one.after_deg)
             });
             table.lines(if fitted { "  fitted" } else { "  unseen" }, lines);

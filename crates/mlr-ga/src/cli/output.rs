@@ -4,6 +4,7 @@
 //! characters.
 
 use std::{
+    borrow::Cow,
     io::{self, Write},
     path::Path,
 };
@@ -66,6 +67,12 @@ pub(super) fn refuse_stdout(path: &Path) -> anyhow::Result<()> {
         );
     }
     Ok(())
+}
+
+/// The last part of a path, for tables and pictures; all of it where there is none.
+pub(super) fn file_name(path: &str) -> Cow<'_, str> {
+    let name = Path::new(path).file_name();
+    name.map_or(Cow::Borrowed(path), |name| name.to_string_lossy())
 }
 
 /// What stands for stdout as the name of a file.

@@ -8,6 +8,8 @@ use mlr_ga::{ComparedSignals, Detection};
 use mlr_residual::servo::{ServoExplanation, ServoRecording};
 use plotters::{coord::Shift, prelude::*};
 
+use super::output::file_name;
+
 const SIZE: (u32, u32) = (900, 640);
 const MEASURED: RGBColor = RGBColor(0x1f, 0x4e, 0x79);
 const SIMULATED: RGBColor = RGBColor(0xd9, 0x6b, 0x0b);
@@ -19,7 +21,6 @@ type Drawn = Result<(), Box<dyn Error>>;
 type Row<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// A curve of (time in s, degrees), with its name in the legend.
-#[derive(Clone)]
 struct Curve {
     name: &'static str,
     color: RGBColor,
@@ -154,11 +155,7 @@ pub(super) fn servo(
                     .zip(degrees(angles_rad))
                     .collect(),
             };
-            let file = std::path::Path::new(&recording.name).file_name();
-            let name = file.map_or_else(
-                || recording.name.clone(),
-                |name| name.to_string_lossy().into(),
-            );
+            let name = file_name(&recording.name);
             let name = name.split('.').next().unwrap_or_default();
             let seen = if error.fitted { "fitted" } else { "unseen" };
             let curves = vec![
@@ -169,10 +166,6 @@ pub(super) fn servo(
             ];
             (format!("{name}, {seen} [°]"), curves)
         })
-        .collect();
-    let rows: Vec<(&str, Vec<Curve>)> = rows
-        .iter()
-        .map(|(name, curves)| (name.as_str(), curves.clone()))
         .collect();
     picture(
         "the servo before and after",
@@ -197,7 +190,7 @@ type Chart<'a, 'b> = ChartContext<
 fn picture(
     title: &str,
     time_axis: &str,
-    rows: &[(&str, Vec<Curve>)],
+    rows: &[(impl AsRef<str>, Vec<Curve>)],
     mark: impl Fn(&mut Chart<'_, '_>, (f64, f64)) -> Drawn,
 ) -> anyhow::Result<String> {
     let mut svg = String::new();
@@ -210,7 +203,7 @@ fn picture(
         let areas = picture.split_evenly((rows.len(), 1));
         for (index, (area, (axis, curves))) in areas.iter().zip(rows).enumerate() {
             let time_axis = (index + 1 == rows.len()).then_some(time_axis);
-            draw_row(area, axis, curves, time_axis, &mark)?;
+            draw_row(area, axis.as_ref(), curves, time_axis, &mark)?;
         }
         picture.present()?;
         Ok(())

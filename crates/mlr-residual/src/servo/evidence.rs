@@ -6,7 +6,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{ServoRecording, hypothesis::Hypothesis};
-use crate::laplace::{self, ln_volume};
+use crate::{
+    laplace::{self, ln_volume},
+    servo_effects::ServoEffect,
+    statistics::{self, median},
+};
 
 /// Time over which the errors of a fitted servo are alike, s: the median integrated autocorrelation time
 /// of the twelve recordings of `data/real/servo-xl330`, 0.16 to 8.9 s. Errors this far apart count as
@@ -138,12 +142,11 @@ impl<'a> Fit<'a> {
         let recordings = Recordings::new(self.hypothesis.recordings());
         let (curvature, slope) = recordings.normal_equations(&self.residual, &self.jacobian);
         let here = recordings.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
+        let precision = laplace::precision(curvature);
         let tried = DAMPINGS.into_par_iter().filter_map(|damping| {
-            let mut normal = curvature.clone();
-            for k in 0..self.z.len() {
-                normal[(k, k)] += 1.0 + damping;
-            }
-            let step = normal.cholesky()?.solve(&(&slope - &self.z));
+            let p = self.z.len();
+            let damped = &precision + DMatrix::from_diagonal_element(p, p, damping);
+            let step = damped.cholesky()?.solve(&(&slope - &self.z));
             let z = self.hypothesis.within_bounds(&(&self.z + step));
             let residual = self.hypothesis.residual_rad(&z)?;
             let ln_posterior = recordings.ln_likelihood(&residual) - 0.5 * z.norm_squared();
@@ -168,6 +171,16 @@ impl<'a> Fit<'a> {
         ln_posterior + ln_volume(curvature) + ln_prior(&self.hypothesis)
     }
 
+    /// Median over the recordings of the root mean square error, degrees.
+    pub(super) fn median_error_deg(&self) -> f64 {
+        let recordings = Recordings::new(self.hypothesis.recordings());
+        let errors = recordings.0.iter().map(|part| {
+            let of_part = self.residual.rows_range(part.samples.clone());
+            statistics::rms(of_part.as_slice()).to_degrees()
+        });
+        median(errors.collect())
+    }
+
     /// Covariance of the coordinates.
     pub(super) fn covariance(&self) -> DMatrix<f64> {
         let recordings = Recordings::new(self.hypothesis.recordings());
@@ -175,19 +188,17 @@ impl<'a> Fit<'a> {
         laplace::covariance(curvature)
     }
 
-    /// What the linear model about these values of an effect promises beside this fit: one walk for
-    /// each of its parameters, and one.
+    /// What the linear model about these coordinates of an effect promises beside this fit: one run of
+    /// the bench for each of its parameters, and one.
     pub(super) fn promise_with(
         &self,
-        larger: Hypothesis<'a>,
-        values: &[f64],
+        effect: &'static dyn ServoEffect,
+        coordinates: &[f64],
     ) -> Option<Promise<'a>> {
+        let larger = self.hypothesis.with(effect);
         let p = self.z.len();
-        let mut z = self.z.clone().resize_vertically(larger.dimension(), 0.0);
-        for (k, value) in (p..).zip(values) {
-            z[k] = larger.parameter(k).coordinate(*value);
-        }
-        let z = larger.within_bounds(&z);
+        let all = self.z.iter().chain(coordinates).copied();
+        let z = larger.within_bounds(&DVector::from_iterator(p + coordinates.len(), all));
         let residual = larger.residual_rad(&z)?;
         let own = larger.jacobian(&z, &residual, p..z.len());
         let mut jacobian = self.jacobian.clone().insert_columns(p, own.ncols(), 0.0);
@@ -195,7 +206,7 @@ impl<'a> Fit<'a> {
         Promise::new(larger, z, &residual, &jacobian)
     }
 
-    /// What the linear model promises without one of the effects: one walk.
+    /// What the linear model promises without one of the effects: one run of the bench.
     pub(super) fn promise_without(&self, left_out: usize) -> Option<Promise<'a>> {
         let (smaller, z) = self.hypothesis.without(left_out, &self.z);
         let columns = self.hypothesis.ranges().swap_remove(left_out);
@@ -206,6 +217,12 @@ impl<'a> Fit<'a> {
         let residual = smaller.residual_rad(&z)?;
         Promise::new(smaller, z, &residual, &jacobian)
     }
+}
+
+/// The one with the greatest weight.
+pub(super) fn likeliest<'a>(fits: impl IntoIterator<Item = Fit<'a>>) -> Option<Fit<'a>> {
+    let by_weight = |a: &Fit<'_>, b: &Fit<'_>| a.ln_weight.total_cmp(&b.ln_weight);
+    fits.into_iter().max_by(by_weight)
 }
 
 /// A hypothesis before it is fitted.
@@ -226,11 +243,8 @@ impl<'a> Promise<'a> {
     ) -> Option<Self> {
         let recordings = Recordings::new(hypothesis.recordings());
         let (curvature, slope) = recordings.normal_equations(residual, jacobian);
-        let mut normal = curvature.clone();
-        for k in 0..z.len() {
-            normal[(k, k)] += 1.0;
-        }
-        let step = normal.cholesky()?.solve(&(slope - &z));
+        let precision = laplace::precision(curvature.clone());
+        let step = precision.cholesky()?.solve(&(slope - &z));
         let ln = |residual: &DVector<f64>, z: &DVector<f64>| {
             recordings.ln_likelihood(residual) - 0.5 * z.norm_squared()
         };

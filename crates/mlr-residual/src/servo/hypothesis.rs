@@ -1,4 +1,4 @@
-//! A set of effects of a servo, and the walk of the bench with them.
+//! A set of effects of a servo, and the motion of the bench with them.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -36,10 +36,6 @@ impl<'a> Hypothesis<'a> {
             effects,
             parameters,
         }
-    }
-
-    pub(super) fn dimension(&self) -> usize {
-        self.parameters.len()
     }
 
     /// The servo without effects.
@@ -163,7 +159,7 @@ impl<'a> Hypothesis<'a> {
 }
 
 /// Reported less predicted angle of every sample, rad.
-pub(super) fn residual_rad(model: &ServoModel, recording: &ServoRecording) -> Option<Vec<f64>> {
+fn residual_rad(model: &ServoModel, recording: &ServoRecording) -> Option<Vec<f64>> {
     let predicted = model.predicted_rad(recording)?;
     let pairs = recording.positions_rad.iter().zip(predicted);
     Some(

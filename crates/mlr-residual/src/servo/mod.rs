@@ -56,7 +56,7 @@ impl ServoSettings {
             let chosen = self.effects.as_ref();
             chosen.is_none_or(|kinds| kinds.iter().any(|one| one == kind))
                 && !self.without.iter().any(|one| one == kind)
-                && effect.is_told_by(bench, recordings)
+                && effect.shows_in(bench, recordings)
         };
         servo_effects::LIBRARY
             .iter()

@@ -47,13 +47,18 @@ impl ServoModel {
         let steps = (recording.duration_s() / TIME_STEP_S).ceil() as usize + 1;
         let swing = Swing::new(&self.bench, &commands, start_rad, TIME_STEP_S);
         let angles_rad = swing.angles_rad(steps)?;
-        let step_rad = recording.resolution_rad();
+        // The resolution is looked for in all samples.
+        let step_rad = if self.rounds {
+            recording.resolution_rad()
+        } else {
+            0.0
+        };
         let at = |time_s: &f64| {
             let steps_passed = (time_s - first_s) / TIME_STEP_S;
             let before = (steps_passed as usize).min(angles_rad.len().saturating_sub(2));
             let share = steps_passed - before as f64;
             let angle = angles_rad[before] + share * (angles_rad[before + 1] - angles_rad[before]);
-            if self.rounds && step_rad > 0.0 {
+            if step_rad > 0.0 {
                 (angle / step_rad).round() * step_rad
             } else {
                 angle

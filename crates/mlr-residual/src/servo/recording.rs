@@ -19,7 +19,7 @@ pub struct ServoRecording {
     pub name: String,
     /// Time stamps, s, strictly increasing.
     pub times_s: Vec<f64>,
-    /// Where the servo is told to go, rad.
+    /// Commanded angle, rad.
     pub goals_rad: Vec<f64>,
     /// Where it says that it is, rad.
     pub positions_rad: Vec<f64>,
@@ -44,7 +44,7 @@ pub enum ServoError {
         /// Its time stamp.
         time_s: f64,
     },
-    /// Hardly any samples.
+    /// Too few samples.
     #[error("{samples} samples, expected at least {MIN_SAMPLES}")]
     TooShort {
         /// Samples in it.

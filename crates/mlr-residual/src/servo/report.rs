@@ -5,10 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use mlr_model::Servo;
 use serde::Serialize;
 
-use super::{
-    ServoError, ServoModel, ServoRecording, evidence::Fit, hypothesis::residual_rad, search::Found,
-};
-use crate::Posterior;
+use super::{ServoError, ServoModel, ServoRecording, search::Found};
+use crate::{Posterior, statistics::rms};
 
 /// Where the posterior of a parameter is wider than this share of its prior, the recordings do not
 /// tell it.
@@ -119,7 +117,7 @@ pub(super) fn explanation(
         .iter()
         .filter(|(effect, _)| !best.hypothesis.has(effect.kind()));
     Ok(ServoExplanation {
-        effects: traced(fitted, found, probability),
+        effects: traced(found, probability),
         effect_probability: seen
             .map(|kind| ((*kind).to_string(), probability(kind)))
             .collect(),
@@ -150,37 +148,11 @@ fn best_of_each_set(fitted: &[(Vec<&'static str>, f64)]) -> BTreeMap<BTreeSet<&'
 
 fn error_deg(recording: &ServoRecording, predicted_rad: &[f64]) -> f64 {
     let pairs = recording.positions_rad.iter().zip(predicted_rad);
-    let squares: f64 = pairs
-        .map(|(reported, predicted)| (reported - predicted).powi(2))
-        .sum();
-    (squares / predicted_rad.len().max(1) as f64)
-        .sqrt()
-        .to_degrees()
+    let errors = pairs.map(|(reported, predicted)| reported - predicted);
+    rms(&errors.collect::<Vec<f64>>()).to_degrees()
 }
 
-/// Median error of the fitted recordings, degrees.
-fn median_deg(fit: &Fit<'_>, fitted: &[ServoRecording]) -> f64 {
-    let model = fit.hypothesis.model(&fit.z);
-    let errors = fitted.iter().filter_map(|recording| {
-        let residual = residual_rad(&model, recording)?;
-        let squares: f64 = residual.iter().map(|error| error * error).sum();
-        Some((squares / residual.len().max(1) as f64).sqrt().to_degrees())
-    });
-    let mut errors: Vec<f64> = errors.collect();
-    errors.sort_by(f64::total_cmp);
-    let middle = errors.len() / 2;
-    match errors.len() {
-        0 => f64::NAN,
-        count if count % 2 == 1 => errors[middle],
-        _ => 0.5 * (errors[middle - 1] + errors[middle]),
-    }
-}
-
-fn traced(
-    fitted: &[ServoRecording],
-    found: &Found<'_>,
-    probability: impl Fn(&str) -> f64,
-) -> Vec<TracedServoEffect> {
+fn traced(found: &Found<'_>, probability: impl Fn(&str) -> f64) -> Vec<TracedServoEffect> {
     let best = &found.best;
     let entered = |kind: &str| {
         let mut steps = found.steps.windows(2).enumerate();
@@ -216,7 +188,7 @@ fn traced(
             parameters,
             explains: effect.signature().into(),
             ln_gain: entered.map_or(0.0, |(_, pair)| pair[1].ln_weight - pair[0].ln_weight),
-            fit_deg: entered.map_or(f64::NAN, |(_, pair)| median_deg(&pair[1], fitted)),
+            fit_deg: entered.map_or(f64::NAN, |(_, pair)| pair[1].median_error_deg()),
             probability: probability(effect.kind()),
         };
         traced.push((place, effect));

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     ServoError, ServoExplanation, ServoModel, ServoRecording, ServoSettings,
-    evidence::{Fit, Promise},
+    evidence::{Fit, Promise, likeliest},
     hypothesis::Hypothesis,
     report,
 };
@@ -88,9 +88,8 @@ impl Search<'_> {
         let mut best = bare.clone();
         self.progress.expect_more(self.candidates.len());
         for effect in &self.candidates {
-            let larger = self.promises(&best, *effect).into_iter();
-            let most = larger.max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
-            if let Some(fit) = most.and_then(|promise| promise.fitted(FIRST_STEPS)) {
+            let promise = best_start(&best, *effect);
+            if let Some(fit) = promise.and_then(|promise| promise.fitted(FIRST_STEPS)) {
                 best = fit;
             }
             self.progress.advance();
@@ -131,19 +130,8 @@ impl Search<'_> {
             let there = |kind: &str| here.hypothesis.has(kind);
             !there(effect.kind()) && effect.builds_on().is_none_or(there)
         });
-        let promises = possible.flat_map(|effect| self.promises(here, *effect));
-        let mut promises: Vec<Promise<'_>> = promises.collect();
-        promises.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
-        let mut apart: Vec<Promise<'_>> = Vec::new();
-        for promise in promises {
-            if !apart
-                .iter()
-                .any(|one| one.hypothesis.kinds() == promise.hypothesis.kinds())
-            {
-                apart.push(promise);
-            }
-        }
-        let fits = self.most_promising(apart);
+        let promises = possible.filter_map(|effect| best_start(here, *effect));
+        let fits = self.most_promising(promises.collect());
         found.tried = fits
             .iter()
             .filter_map(|fit| {
@@ -152,14 +140,6 @@ impl Search<'_> {
             })
             .collect();
         found.take(fits)
-    }
-
-    /// An effect beside those that are there, from each of its starts.
-    fn promises<'a>(&self, here: &Fit<'a>, effect: &'static dyn ServoEffect) -> Vec<Promise<'a>> {
-        let starts = effect.starts(here.hypothesis.described()).into_iter();
-        starts
-            .filter_map(|start| here.promise_with(here.hypothesis.with(effect), &start))
-            .collect()
     }
 
     fn most_promising<'a>(&self, mut promises: Vec<Promise<'a>>) -> Vec<Fit<'a>> {
@@ -187,14 +167,11 @@ impl Search<'_> {
                 if !effect.builds_on().is_none_or(there) {
                     return None;
                 }
-                let value = |k: usize| best.hypothesis.parameter(k).value(best.z[k]);
-                let values: Vec<f64> = ranges[*k].clone().map(value).collect();
-                here.promise_with(here.hypothesis.with(effect), &values)
+                here.promise_with(effect, &best.z.as_slice()[ranges[*k].clone()])
             });
-            let mut fits = self.most_promising(possible.collect());
-            fits.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+            let fits = self.most_promising(possible.collect());
             found.fitted.extend(fits.iter().map(of_set));
-            let Some(next) = fits.into_iter().next() else {
+            let Some(next) = likeliest(fits) else {
                 break;
             };
             left.retain(|k| !next.hypothesis.has(best.hypothesis.effects[*k].kind()));
@@ -207,35 +184,32 @@ impl<'a> Found<'a> {
     /// Keeps the best of these fits if it is better, and says whether it was.
     fn take(&mut self, fits: Vec<Fit<'a>>) -> bool {
         self.fitted.extend(fits.iter().map(of_set));
-        let best = fits
-            .into_iter()
-            .max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
-        match best {
-            Some(fit) if fit.ln_weight > self.best.ln_weight => {
-                self.best = fit;
-                true
-            }
-            _ => false,
+        let better = likeliest(fits).filter(|fit| fit.ln_weight > self.best.ln_weight);
+        let Some(better) = better else {
+            return false;
+        };
+        self.best = better;
+        true
+    }
+
+    /// Where the evidence is greatest before all effects have entered, the last ones stay out: fits that
+    /// begin with few effects may end better.
+    fn keep_likeliest(&mut self) {
+        if let Some(step) = likeliest(self.steps.iter().cloned())
+            && step.ln_weight > self.best.ln_weight
+        {
+            self.steps.truncate(step.hypothesis.effects.len() + 1);
+            self.best = step;
         }
     }
 }
 
-impl Found<'_> {
-    /// Where the evidence is greatest before all effects have entered, the last ones stay out: fits that
-    /// begin with few effects may end better.
-    fn keep_likeliest(&mut self) {
-        let last = (0..self.steps.len()).max_by(|a, b| {
-            self.steps[*a]
-                .ln_weight
-                .total_cmp(&self.steps[*b].ln_weight)
-        });
-        if let Some(last) = last
-            && self.steps[last].ln_weight > self.best.ln_weight
-        {
-            self.steps.truncate(last + 1);
-            self.best = self.steps[last].clone();
-        }
-    }
+/// The start of an effect, beside those that are there, that promises most.
+fn best_start<'a>(here: &Fit<'a>, effect: &'static dyn ServoEffect) -> Option<Promise<'a>> {
+    let parameters = effect.parameters(here.hypothesis.described()).len();
+    let starts = effect.start_coordinates().iter();
+    let promises = starts.filter_map(|start| here.promise_with(effect, &vec![*start; parameters]));
+    promises.max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight))
 }
 
 fn of_set(fit: &Fit<'_>) -> (Vec<&'static str>, f64) {

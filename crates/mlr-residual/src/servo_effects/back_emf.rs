@@ -25,8 +25,8 @@ impl ServoEffect for BackEmf {
         vec![EffectParameter::ln("ln_damping", 1.0, 0.6)]
     }
 
-    fn starts(&self, _: &ServoModel) -> Vec<Vec<f64>> {
-        [-0.6_f64, 0.0, 0.6].map(|ln| vec![ln]).into()
+    fn start_coordinates(&self) -> &'static [f64] {
+        &[-1.0, 0.0, 1.0]
     }
 
     fn apply(&self, values: &[f64], model: &mut ServoModel) {

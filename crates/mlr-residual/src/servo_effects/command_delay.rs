@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use super::{EffectParameter, ServoEffect, effect::named};
 use crate::{Prior, servo::ServoModel};
 
-/// The servo acts later than it is told to.
+/// The servo acts later than it is commanded to.
 ///
 /// - `delay_s`: beyond the described latency.
 /// - Prior: 0.01 ± 0.01 s: one or two cycles of a bus. Bounds: 0 to 0.1 s.

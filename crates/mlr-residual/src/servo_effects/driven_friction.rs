@@ -24,8 +24,8 @@ impl ServoEffect for DrivenFriction {
         vec![EffectParameter::ln("ln_ratio", 1.0, 1.0)]
     }
 
-    fn starts(&self, _: &ServoModel) -> Vec<Vec<f64>> {
-        [-2.0_f64, -1.0, 1.0].map(|ln| vec![ln]).into()
+    fn start_coordinates(&self) -> &'static [f64] {
+        &[-2.0, -1.0, 1.0]
     }
 
     fn apply(&self, values: &[f64], model: &mut ServoModel) {

@@ -2,6 +2,7 @@ use std::{collections::BTreeMap, fmt::Debug};
 
 use mlr_model::bench::Bench;
 
+pub(super) use crate::effect_parameter::named;
 use crate::{
     EffectParameter,
     servo::{ServoModel, ServoRecording},
@@ -22,12 +23,10 @@ pub trait ServoEffect: Sync + Debug {
     /// What is fitted, with priors and bounds.
     fn parameters(&self, described: &ServoModel) -> Vec<EffectParameter>;
 
-    /// Values from which it is fitted; the best counts. By default the mean of the prior, and one and
-    /// two deviations less, where an effect of a positive size hardly shows.
-    fn starts(&self, described: &ServoModel) -> Vec<Vec<f64>> {
-        let parameters = self.parameters(described);
-        let at = |coordinate: f64| parameters.iter().map(|one| one.value(coordinate)).collect();
-        [0.0, -1.0, -2.0].map(at).into()
+    /// Coordinates of all its parameters from which it is fitted; the best counts. By default the mean of
+    /// the prior, and one and two deviations less, where an effect of a positive size is nearly absent.
+    fn start_coordinates(&self) -> &'static [f64] {
+        &[0.0, -1.0, -2.0]
     }
 
     /// Adds the effect to the model.
@@ -41,15 +40,9 @@ pub trait ServoEffect: Sync + Debug {
         None
     }
 
-    /// Whether recordings of this bench can tell it at all.
-    fn is_told_by(&self, bench: &Bench, recordings: &[ServoRecording]) -> bool {
+    /// Whether recordings of this bench can show it at all.
+    fn shows_in(&self, bench: &Bench, recordings: &[ServoRecording]) -> bool {
         let _ = (bench, recordings);
         true
     }
-}
-
-/// A report of these names and values.
-pub(super) fn named<'n>(values: impl IntoIterator<Item = (&'n str, f64)>) -> BTreeMap<String, f64> {
-    let owned = |(name, value): (&str, f64)| (name.to_string(), value);
-    values.into_iter().map(owned).collect()
 }

@@ -88,12 +88,12 @@ mod tests {
                 assert!(model.bench.check().is_ok(), "{}", effect.kind());
                 model
             };
-            let mut models = effect.starts(&described()).into_iter().map(with);
-            assert!(
-                models.any(|model| model != described()),
-                "{}",
-                effect.kind()
-            );
+            let parameters = effect.parameters(&described());
+            let at = |coordinate: &f64| parameters.iter().map(|p| p.value(*coordinate)).collect();
+            let starts = effect.start_coordinates().iter();
+            let models: Vec<ServoModel> = starts.map(|coordinate| with(at(coordinate))).collect();
+            let changed = models.iter().any(|model| *model != described());
+            assert!(changed, "{}", effect.kind());
             assert_eq!(find(effect.kind()).unwrap().kind(), effect.kind());
         }
     }

@@ -23,8 +23,8 @@ impl ServoEffect for MotorTorque {
         vec![EffectParameter::ln("ln_torque", 1.0, 0.4)]
     }
 
-    fn starts(&self, _: &ServoModel) -> Vec<Vec<f64>> {
-        [-0.4_f64, 0.4].map(|ln| vec![ln]).into()
+    fn start_coordinates(&self) -> &'static [f64] {
+        &[-1.0, 1.0]
     }
 
     fn apply(&self, values: &[f64], model: &mut ServoModel) {

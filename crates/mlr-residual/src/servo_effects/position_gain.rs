@@ -23,8 +23,8 @@ impl ServoEffect for PositionGain {
         vec![EffectParameter::ln("ln_gain", 1.0, 0.7)]
     }
 
-    fn starts(&self, _: &ServoModel) -> Vec<Vec<f64>> {
-        [-0.7_f64, 0.7].map(|ln| vec![ln]).into()
+    fn start_coordinates(&self) -> &'static [f64] {
+        &[-1.0, 1.0]
     }
 
     fn apply(&self, values: &[f64], model: &mut ServoModel) {

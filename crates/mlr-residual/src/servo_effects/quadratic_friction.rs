@@ -18,17 +18,15 @@ impl ServoEffect for QuadraticFriction {
     }
 
     fn signature(&self) -> &'static str {
-        "near the torque limit the joint hardly moves"
+        "near the torque limit the joint nearly stands still"
     }
 
     fn parameters(&self, _: &ServoModel) -> Vec<EffectParameter> {
         vec![EffectParameter::ln("ln_share", 0.3, 1.0)]
     }
 
-    fn starts(&self, described: &ServoModel) -> Vec<Vec<f64>> {
-        let parameters = self.parameters(described);
-        let at = |coordinate: f64| parameters.iter().map(|one| one.value(coordinate)).collect();
-        [1.0, 0.0, -1.0].map(at).into()
+    fn start_coordinates(&self) -> &'static [f64] {
+        &[1.0, 0.0, -1.0]
     }
 
     fn apply(&self, values: &[f64], model: &mut ServoModel) {

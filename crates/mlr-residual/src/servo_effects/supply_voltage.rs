@@ -44,7 +44,7 @@ impl ServoEffect for SupplyVoltage {
         named([("share", values[0])])
     }
 
-    fn is_told_by(&self, bench: &Bench, recordings: &[ServoRecording]) -> bool {
+    fn shows_in(&self, bench: &Bench, recordings: &[ServoRecording]) -> bool {
         let recorded = recordings.iter().any(|one| !one.supply_v.is_empty());
         recorded && bench.reference.supply_v.is_some()
     }

@@ -3,6 +3,7 @@ use std::{collections::BTreeMap, fmt::Debug};
 use mlr_model::{Morphology, Robot};
 
 use super::EffectParameter;
+pub(super) use crate::effect_parameter::named;
 use crate::walk::{Nuisance, WalkModel, WalkRecord};
 
 /// Where on the robot an effect may sit.
@@ -103,12 +104,4 @@ pub trait WalkEffect: Sync + Debug {
     fn is_a_delay(&self) -> bool {
         false
     }
-}
-
-/// A report of these names and values.
-pub(super) fn named<'n>(values: impl IntoIterator<Item = (&'n str, f64)>) -> BTreeMap<String, f64> {
-    values
-        .into_iter()
-        .map(|(name, value)| (name.to_string(), value))
-        .collect()
 }
