@@ -6,6 +6,7 @@ SET is one of the functions in `SETS`; see README.md.
 """
 
 import argparse
+import contextlib
 import copy
 import dataclasses
 import gzip
@@ -118,7 +119,8 @@ def undeclared(rng, index):
 
     A round is every kind once, then a healthy and a damaged robot without effect.
     """
-    kinds = list(effects.LIBRARY) + ["none, healthy", "none, damaged"]
+    known = [kind for kind in effects.LIBRARY if kind not in effects.GEARS]  # these have a set of their own
+    kinds = known + ["none, healthy", "none, damaged"]
     lap, kind = divmod(index, len(kinds))
     kind, strong = kinds[kind], bool((kind + lap) % 2)
     damaged = kind in ("locked_links", "none, damaged") or (kind != "none, healthy" and rng.random() < 0.5)
@@ -128,7 +130,7 @@ def undeclared(rng, index):
         return intact, plant, []
     found = [effects.apply(plant, kind, effects.draw(rng, kind, strong, intact))]
     if rng.random() < 0.15:
-        others = [k for k in effects.LIBRARY if k not in (kind, "locked_links", *effects.OUTSIDE)]
+        others = [k for k in known if k not in (kind, "locked_links", *effects.OUTSIDE)]
         second = str(rng.choice(others))
         found.append(effects.apply(plant, second, effects.draw(rng, second, bool(rng.random() < 0.5), intact)))
     return intact, plant, found
@@ -207,11 +209,23 @@ def undisturbed(rng, index):
     return intact, assemble(rng, robot_with(rng, intact)), []
 
 
+def gears(rng, index):
+    """Dry friction of all joints, play of all joints, and both in turn, weak and strong; any damage or none."""
+    intact = any_damage(rng, healthy=0.2)
+    plant = assemble(rng, robot_with(rng, intact))
+    lap, kinds = divmod(index, 3)
+    found = [
+        effects.apply(plant, kind, effects.draw(rng, kind, bool(lap % 2), intact))
+        for bit, kind in enumerate(effects.GEARS) if (kinds + 1) >> bit & 1
+    ]
+    return intact, plant, found
+
+
 # A log depends on its set's place in this list: new sets come last.
 SETS = {
     "paper": paper, "legs": legs, "harsh": harsh, "slow": slow, "wild": wild, "effects": undeclared, "detect": detect,
     "belly": belly, "strange": strange, "octopod": octopod, "tests": tests,
-    "undisturbed": undisturbed,
+    "undisturbed": undisturbed, "gears": gears,
 }
 
 
@@ -295,18 +309,21 @@ def main():
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, required=True)
     parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--without-effects", action="store_true", help="the same robots with nothing wrong but lost links")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     truths, began = {}, time.monotonic()
     for index in range(args.count):
         rng = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
-        intact, plant, found = SETS[args.set](rng, index)
+        with effects.none() if args.without_effects else contextlib.nullcontext():
+            intact, plant, found = SETS[args.set](rng, index)
+        found = [] if args.without_effects else found
         before = copy.deepcopy(rng)
         walk = record(plant, intact, rng)
         name = f"{args.set}-{index:03}"
         write(args.output / f"{name}.csv.gz", walk.columns)
         truths[name] = truth(intact, plant, found, walk)
-        if found and args.set == "effects":
+        if found and args.set in ("effects", "gears"):
             truths[name]["trace"] = trace(args, index, walk, before)
         (args.output / "truth.json").write_text(json.dumps(truths, indent=1) + "\n")
     print(f"{args.count} logs in {time.monotonic() - began:.1f} s")

@@ -16,6 +16,7 @@ import math
 from gait import Gait
 from robot import JETHEXA
 
+GEARS = ("joint_friction", "backlash")
 OUTSIDE = ("vibrating_arm", "loose_mount", "intermittent_leg", "gyro_hysteresis")
 PAYLOAD_HEIGHT_M = 0.05
 
@@ -55,6 +56,10 @@ def apply(plant, kind, p):
             plant.latency += p["delay_s"]
         case "servo_stiffness":
             plant.kp = p["stiffness"]
+        case "joint_friction":  # dry, of every joint
+            plant.joint_friction_nm = p["torque_nm"]
+        case "backlash":  # full width of the play of every joint
+            plant.backlash = p["angle_rad"]
         case "weak_leg":  # of its stiffness and stall torque
             plant.leg_gain[leg] = p["gain"]
         case "stuck_joint":
@@ -196,6 +201,8 @@ LIBRARY = {
     "gyro_hysteresis": (
         lambda r, i, *a: {"axis": str(r.choice(["x", "y", "z"])), "width_dps": r.uniform(*a)}, (2.0, 3.0), (8.0, 15.0),
     ),
+    "joint_friction": (lambda r, i, *a: {"torque_nm": r.uniform(*a)}, (0.05, 0.08), (0.15, 0.30)),
+    "backlash": (lambda r, i, *a: {"angle_rad": r.uniform(*a)}, (0.012, 0.018), (0.035, 0.060)),
 }
 
 

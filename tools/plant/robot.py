@@ -112,7 +112,8 @@ def link_xml(plant, leg, link, inner):
         )
     start = 0.0 if link == 0 else length[link - 1]
     return (
-        f'<body pos="{start} 0 0"><joint name="{leg} {link}" axis="{JOINT_AXIS[link]}" armature="{plant.armature}"/>'
+        f'<body pos="{start} 0 0"><joint name="{leg} {link}" axis="{JOINT_AXIS[link]}" armature="{plant.armature}"'
+        f' frictionloss="{plant.joint_friction_nm}"/>'
         f'<inertial pos="{LINK_COM_M[link] * kept} 0 0" mass="{mass}" diaginertia="{along} {across} {across}"/>'
         f"{geom}{inner}</body>"
     )

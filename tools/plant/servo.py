@@ -3,7 +3,8 @@
 A command is held for 20 ms, arrives late by the latency, is rounded to the
 servo's resolution and approached at the servo's speed limit. Gear backlash is a
 dead zone around the set point. Stiffness, damping and stall torque are in the
-MuJoCo actuators (`robot.servo_xml`). Angles in radians, times in seconds since
+MuJoCo actuators (`robot.servo_xml`), dry friction of the gears and the rotor's
+inertia in its joints (`robot.link_xml`). Angles in radians, times in seconds since
 the log's first sample.
 """
 

@@ -51,6 +51,7 @@ class Plant:
     rubble_m: float = 0.0  # height of the bumps
     rubble_seed: int = 0
     joint_zero_rad: list | None = None  # true angle - commanded angle of every joint, as assembled
+    joint_friction_nm: float = 0.0  # dry friction of every joint
     foot_mu: list | None = None  # 0: as mu
     leg_gain: list | None = None  # of stiffness and torque
     stuck: dict = field(default_factory=dict)  # leg, joint, angle_rad

@@ -265,6 +265,37 @@ class Servo(unittest.TestCase):
         np.testing.assert_allclose(soft.actuator_gainprm[:, 0], 12.0)
         np.testing.assert_allclose(soft.actuator_biasprm[:, 1], -12.0)
 
+    def test_dry_friction_holds_every_joint_against_less_torque_and_no_more(self):
+        plant = with_effect("joint_friction", parameters={"torque_nm": 0.2})
+        model = robot.model(plant, HEALTHY)
+        np.testing.assert_allclose(model.dof_frictionloss[6:], 0.2)
+        self.assertFalse(np.any(robot.model(plant_of(HEALTHY), HEALTHY).dof_frictionloss))
+        # A floating robot whose servos are off: the torque at one joint turns it or does not.
+        joint = model.joint(f"{self.LEG - 1} {self.JOINT - 1}")
+        turned = []
+        for torque_nm in (0.15, 0.25):  # MuJoCo's friction creeps
+            model.opt.gravity[:], model.actuator_gainprm[:], model.actuator_biasprm[:] = 0.0, 0.0, 0.0
+            data = mujoco.MjData(model)
+            data.qfrc_applied[joint.dofadr] = torque_nm
+            for _ in range(at(0.2)):
+                mujoco.mj_step(model, data)
+            turned.append(abs(float(data.qpos[joint.qposadr][0])))
+        self.assertLess(turned[0], 0.02)
+        self.assertGreater(turned[1], 0.2)
+
+    def test_backlash_leaves_every_joint_free_within_its_angle(self):
+        plant = with_effect("backlash", parameters={"angle_rad": 0.06})
+        model, data = robot.model(plant, HEALTHY), None
+        servos = Servos(plant, model, {})
+        for off, free in ((0.029, True), (-0.029, True), (0.04, False), (-0.04, False)):
+            data = mujoco.MjData(model)
+            servos.start(data)
+            data.qpos[servos.angles] += off
+            servos.step(data, 0.0)
+            torque_nm = plant.kp * (data.ctrl - data.qpos[servos.angles])
+            expected_nm = 0.0 if free else -plant.kp * math.copysign(abs(off) - 0.03, off)
+            np.testing.assert_allclose(torque_nm, expected_nm, atol=1e-9)
+
     def test_a_weak_leg_has_less_stiffness_and_torque(self):
         plant = plant_of(HEALTHY)
         healthy, weak = (robot.model(p, HEALTHY) for p in (plant, with_effect("weak_leg", parameters={"leg": 5, "gain": 0.2})))

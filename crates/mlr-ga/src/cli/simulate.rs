@@ -8,8 +8,8 @@ use mlr_filter::{OrientationSeries, SettingError};
 use mlr_ga::LARGEST_SEED;
 use mlr_imu::{write_log, write_log_to};
 use mlr_model::{
-    GroundContact, JointTrajectory, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
-    Simulator, Terrain,
+    GroundContact, JointTrajectory, LostLinks, ModelError, Morphology, Outcome, Robot, Roughness,
+    SimulationSettings, Simulator, Terrain,
 };
 
 use serde_json::json;
@@ -67,6 +67,22 @@ pub(super) struct SimulateOptions {
     /// Friction between feet and ground.
     #[arg(long, value_name = "MU", default_value_t = GroundContact::default().friction, allow_negative_numbers = true)]
     friction: f64,
+    /// Dry friction in every joint beyond the described one.
+    #[arg(
+        long,
+        value_name = "NEWTON_METRES",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    joint_friction_nm: f64,
+    /// Play in every joint beyond the described one: it is free over this angle.
+    #[arg(
+        long,
+        value_name = "RADIANS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    backlash_rad: f64,
     /// Inclination of the ground.
     #[arg(
         long,
@@ -111,6 +127,7 @@ const RUBBLE_SPACING_M: f64 = 0.05;
 pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
     let settings = options.settings()?;
     let (robot, gait) = options.model.read()?;
+    let robot = options.with_gears(robot)?;
     let morphology = options.morphology.of(&robot.layout())?;
     let joints = match &options.joints {
         Some(path) => {
@@ -175,6 +192,17 @@ impl SimulateOptions {
                 self.stand_s
             )
         }
+    }
+
+    /// The robot with friction and play in its joints.
+    fn with_gears(&self, robot: Robot) -> Result<Robot, ModelError> {
+        let (friction_nm, backlash_rad) = (self.joint_friction_nm, self.backlash_rad);
+        SettingError::check("--joint-friction-nm", friction_nm, 0.0..=1e6, "N m")?;
+        SettingError::check("--backlash-rad", backlash_rad, 0.0..=1.0, "rad")?;
+        let mut servo = *robot.servo();
+        servo.drive.coulomb_nm += friction_nm;
+        servo.drive.backlash_rad += backlash_rad;
+        robot.with_servo(servo)
     }
 
     fn settings(&self) -> Result<SimulationSettings, SettingError> {

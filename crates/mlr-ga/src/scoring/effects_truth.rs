@@ -314,6 +314,8 @@ mod tests {
             (LogClass::OutsideNotRecorded, with("loose_mount", "")),
             (LogClass::Hidden, with("sensor_delay", SEEN)),
             (LogClass::Visible, with("locked_links", SEEN)),
+            (LogClass::Visible, with("joint_friction", SEEN)),
+            (LogClass::Hidden, with("backlash", UNSEEN)),
         ];
         let names: Vec<String> = (0..fields.len()).map(|k| format!("log-{k}")).collect();
         let entries: Vec<(&str, &str)> = names

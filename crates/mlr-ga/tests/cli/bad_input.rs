@@ -328,6 +328,14 @@ fn options_out_of_range() {
             "--uphill-deg: NaN",
         ),
         (
+            &["simulate", "-o", "x.csv", "--joint-friction-nm", "-0.1"],
+            "--joint-friction-nm: -0.1",
+        ),
+        (
+            &["simulate", "-o", "x.csv", "--backlash-rad", "nan"],
+            "--backlash-rad: NaN",
+        ),
+        (
             &["simulate", "-o", "x.csv", "--rubble-m", "-0.1"],
             "--rubble-m: -0.1",
         ),
@@ -354,6 +362,22 @@ fn negative_numbers_are_arguments_of_options() {
     let walk = folder.path("walk.csv");
     let uphill = ["--slope-deg", "5", "--uphill-deg", "-90", "--walk-s", "0.5"];
     folder.succeeds(&[&["simulate", "-o", &walk], &uphill[..]].concat());
+}
+
+#[test]
+fn friction_and_play_of_the_joints_change_a_simulated_walk() {
+    let folder = Folder::new();
+    let walk = |name: &str, options: &[&str]| {
+        let path = folder.path(name);
+        let short = ["simulate", "-o", &path, "--walk-s", "2", "--legs-lost", "3"];
+        folder.succeeds(&[&short, options].concat());
+        fs::read_to_string(&path).unwrap()
+    };
+    let described = walk("described.csv", &[]);
+    assert_eq!(walk("none.csv", &["--joint-friction-nm", "0"]), described);
+    let sticky = walk("sticky.csv", &["--joint-friction-nm", "0.2"]);
+    let loose = walk("loose.csv", &["--backlash-rad", "0.03"]);
+    assert!(sticky != described && loose != described && sticky != loose);
 }
 
 #[test]

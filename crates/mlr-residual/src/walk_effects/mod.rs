@@ -5,6 +5,7 @@
 //! Lost links that hang on as dead weight (`locked_links`) are no effect here: every
 //! model is tried with them and without.
 
+mod backlash;
 mod bias_drift;
 mod effect;
 mod external_force;
@@ -15,6 +16,7 @@ mod ground_compliance;
 mod gyro_bias;
 mod gyro_scale;
 mod imu_misalignment;
+mod joint_friction;
 mod joint_offset;
 mod payload;
 mod sensor_delay;
@@ -36,6 +38,8 @@ pub const LIBRARY: &[&dyn WalkEffect] = &[
     &foot_friction::FootFriction,
     &servo_lag::ServoLag,
     &servo_stiffness::ServoStiffness,
+    &joint_friction::JointFriction,
+    &backlash::Backlash,
     &weak_leg::WeakLeg,
     &stuck_joint::StuckJoint,
     &joint_offset::JointOffset,

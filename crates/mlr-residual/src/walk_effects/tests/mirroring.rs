@@ -140,3 +140,21 @@ fn effects_on_legs_that_are_no_mirror_images_are_not() {
     );
     assert!(wrong_sign.mirrored > wrong_sign.effect, "{wrong_sign:?}");
 }
+
+#[test]
+fn friction_and_play_of_all_joints_change_mirrored_robots_alike() {
+    let mirror = Mirror::new();
+    for (kind, value) in [("joint_friction", 0.4), ("backlash", 0.1)] {
+        let lame = |leg: usize, value: f64| {
+            let lame = changed(Mirror::model(), "weak_leg", Place::Leg(leg), &[-1.5]);
+            mirror
+                .walks
+                .of(&changed(lame, kind, Place::Robot, &[value]))
+        };
+        let (left, right) = (lame(2, value), lame(3, value));
+        let effect = mirror.difference_deg(&left, &lame(2, 0.0), 1.0, 0);
+        let mirrored = mirror.difference_deg(&left, &right, -1.0, HALF);
+        assert!(effect > 0.3, "{kind} {effect} {mirrored}");
+        assert!(mirrored < 0.2 * effect, "{kind} {effect} {mirrored}");
+    }
+}

@@ -83,6 +83,20 @@ fn a_foot_that_slips_changes_the_turn_of_a_lame_robot() {
 }
 
 #[test]
+fn friction_and_play_of_the_joints_change_the_turn_of_a_lame_robot_the_more_there_is() {
+    for (kind, weak, strong) in [("joint_friction", 0.1, 0.4), ("backlash", 0.01, 0.04)] {
+        let [straight_deg, strong_deg] = changes_deg(kind, Place::Robot, &[strong]);
+        let [_, weak_deg] = changes_deg(kind, Place::Robot, &[weak]);
+        assert!(
+            weak_deg > 0.1 && strong_deg > 3.0 * weak_deg,
+            "{kind} {weak_deg} {strong_deg}"
+        );
+        // Control: the joints of both sides are alike, and nothing else turns this robot.
+        assert!(straight_deg.abs() < 0.3, "{kind} {straight_deg}");
+    }
+}
+
+#[test]
 fn the_robot_turns_towards_its_weak_leg() {
     let walks = Walks::lasting(3.2);
     for leg in 0..6 {
