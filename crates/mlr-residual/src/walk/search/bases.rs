@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Judged, Search, Suspect, base::Base, proposals::Screened, screening, sort_judged};
 
 /// Hypotheses whose logarithm of the weight falls so far behind that no fit brings them back.
-const HOPELESS: f64 = 30.0;
+pub(super) const HOPELESS: f64 = 30.0;
 
 impl<'a> Search<'a, '_> {
     pub(super) fn bases(&self, suspects: &[Suspect]) -> Vec<Arc<Base<'a>>> {
