@@ -229,6 +229,11 @@ impl Link {
         self.inertia_kg_m2 *= kept;
     }
 
+    /// From the link's joint to its outer end, where the next one hangs.
+    pub(crate) fn outer_end(&self) -> Isometry3<f64> {
+        Isometry3::translation(self.length_m, 0.0, 0.0)
+    }
+
     /// Pose of this link's outer end in the frame of its inner neighbour, with
     /// the joint at `angle_rad`.
     pub fn tip_frame(&self, angle_rad: f64) -> Isometry3<f64> {

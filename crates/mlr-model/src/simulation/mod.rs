@@ -4,7 +4,6 @@ mod contacts;
 mod heading_frame;
 mod leg_state;
 pub(crate) mod physics;
-pub(crate) mod rigid_mass;
 pub(crate) mod servo_state;
 mod settings;
 mod trajectory;
