@@ -2,11 +2,13 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
+use mlr_filter::SettingError;
+
 use crate::{
-    JointAxis, Morphology, Payload, Robot,
+    JointAxis, Morphology, Obedience, Payload, Robot, Servo, SimulationSettings,
     rigid_mass::RigidMass,
-    robot::{Body, ContactShape, Leg},
-    simulation::LostLinks,
+    robot::{Body, ContactShape},
+    simulation::{LostLinks, leg_state::LegState},
 };
 
 /// The rigid parts of a damaged robot: its body, and chains of links that hang on it.
@@ -17,9 +19,19 @@ use crate::{
 pub struct Assembly {
     /// Of the body, in the body frame.
     pub body: RigidMass,
-    /// One chain for each leg of the healthy robot, from the body outward; empty where the whole
-    /// leg is lost.
-    pub legs: Vec<Vec<LinkPart>>,
+    /// One for each leg of the healthy robot.
+    pub legs: Vec<AssembledLeg>,
+}
+
+/// What is left of a leg.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AssembledLeg {
+    /// From the body outward; empty where the whole leg is lost.
+    pub links: Vec<LinkPart>,
+    /// The servo in each of its joints.
+    pub servo: Servo,
+    /// Friction coefficient between this leg and the ground, where it is not the ground's own.
+    pub friction: Option<f64>,
 }
 
 /// A link that is left. Its frame sits in its joint with x along the link.
@@ -35,6 +47,8 @@ pub struct LinkPart {
     pub mass: RigidMass,
     /// How the link can touch the ground, if it can.
     pub contact: Option<ContactShape>,
+    /// How the joint takes its commands.
+    pub obedience: Obedience,
 }
 
 impl Assembly {
@@ -43,12 +57,31 @@ impl Assembly {
     /// # Panics
     /// When `morphology` belongs to a robot with other legs.
     pub fn new(robot: &Robot, morphology: &Morphology, lost_links: LostLinks) -> Self {
-        assert_eq!(
-            morphology.layout(),
-            robot.layout(),
-            "the morphology must have the robot's legs and links"
-        );
-        Self::of_parts(robot.body(), robot.legs(), morphology, lost_links)
+        assert_fits(morphology, robot);
+        let legs = faulty_legs(robot, &SimulationSettings::default());
+        Self::of_parts(robot.body(), &legs, morphology, lost_links)
+    }
+
+    /// What is left of `robot` with the lost links, the payload and the faults of a simulation.
+    ///
+    /// # Errors
+    /// [`SettingError`] when the robot cannot have them.
+    ///
+    /// # Panics
+    /// When `morphology` belongs to a robot with other legs.
+    pub fn as_simulated(
+        robot: &Robot,
+        morphology: &Morphology,
+        settings: &SimulationSettings,
+    ) -> Result<Self, SettingError> {
+        assert_fits(morphology, robot);
+        settings.check_on(robot)?;
+        let legs = faulty_legs(robot, settings);
+        let left = Self::of_parts(robot.body(), &legs, morphology, settings.lost_links);
+        Ok(match &settings.payload {
+            Some(payload) => left.carrying(payload),
+            None => left,
+        })
     }
 
     /// The same with a mass on the body.
@@ -61,9 +94,9 @@ impl Assembly {
     }
 
     /// What is left of a body and its legs, leg 1 first.
-    pub(crate) fn of_parts<'l>(
+    pub(crate) fn of_parts(
         body: &Body,
-        legs: impl IntoIterator<Item = &'l Leg>,
+        legs: &[LegState<'_>],
         morphology: &Morphology,
         lost_links: LostLinks,
     ) -> Self {
@@ -73,26 +106,32 @@ impl Assembly {
             body.center_of_mass_m.coords,
             Matrix3::from_diagonal(&body.inertia_kg_m2),
         );
-        let legs = legs.into_iter().enumerate().map(|(index, leg)| {
+        let legs = legs.iter().enumerate().map(|(index, state)| {
+            let leg = state.description();
             let remaining = morphology.remaining(index);
             let (left, lost) = leg.links.split_at(remaining);
-            let mut chain: Vec<LinkPart> = Vec::with_capacity(remaining);
+            let mut links: Vec<LinkPart> = Vec::with_capacity(remaining);
             let mut frame = leg.hip_frame();
-            for link in left {
-                chain.push(LinkPart {
+            for (number, link) in left.iter().enumerate() {
+                links.push(LinkPart {
                     frame,
                     axis: link.joint,
                     length_m: link.length_m,
                     mass: RigidMass::of_link(link),
                     contact: link.contact,
+                    obedience: state.obedience(number),
                 });
                 frame = link.outer_end();
             }
             if locked {
-                let carrier = chain.last_mut().map_or(&mut body, |part| &mut part.mass);
+                let carrier = links.last_mut().map_or(&mut body, |part| &mut part.mass);
                 carrier.attach_locked(lost, frame);
             }
-            chain
+            AssembledLeg {
+                links,
+                servo: *state.servo(),
+                friction: state.friction,
+            }
         });
         let legs = legs.collect();
         Self { body, legs }
@@ -101,12 +140,26 @@ impl Assembly {
     /// The joints that are left, as leg and link, both from 0: leg by leg from the body outward.
     pub fn joints(&self) -> impl Iterator<Item = (usize, usize)> {
         let legs = self.legs.iter().enumerate();
-        legs.flat_map(|(leg, chain)| (0..chain.len()).map(move |link| (leg, link)))
+        legs.flat_map(|(leg, left)| (0..left.links.len()).map(move |link| (leg, link)))
     }
 
     /// Mass of all parts.
     pub fn mass_kg(&self) -> f64 {
-        let links = self.legs.iter().flatten();
+        let links = self.legs.iter().flat_map(|leg| &leg.links);
         self.body.mass_kg() + links.map(|part| part.mass.mass_kg()).sum::<f64>()
     }
+}
+
+fn assert_fits(morphology: &Morphology, robot: &Robot) {
+    assert_eq!(
+        morphology.layout(),
+        robot.layout(),
+        "the morphology must have the robot's legs and links"
+    );
+}
+
+fn faulty_legs<'r>(robot: &'r Robot, settings: &SimulationSettings) -> Vec<LegState<'r>> {
+    let legs = 0..robot.legs().len();
+    legs.map(|leg| LegState::new(robot, leg, &settings.faults))
+        .collect()
 }

@@ -49,7 +49,7 @@ mod simulation;
 mod terrain;
 mod variation;
 
-pub use assembly::{Assembly, LinkPart};
+pub use assembly::{AssembledLeg, Assembly, LinkPart};
 pub use error::ModelError;
 pub use fault::Fault;
 pub use gait::{FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, Motion};
@@ -62,7 +62,8 @@ pub use robot::{
 };
 pub use setting_place::located;
 pub use simulation::{
-    GroundContact, LostLinks, Outcome, Record, SimulationSettings, Simulator, Trajectory, Walk,
+    GroundContact, LostLinks, Obedience, Outcome, Record, SimulationSettings, Simulator,
+    Trajectory, Walk,
 };
 pub use terrain::{Roughness, Terrain};
 pub use variation::{Payload, Variation};

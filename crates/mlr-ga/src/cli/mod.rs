@@ -12,6 +12,7 @@ mod evaluate_effects;
 mod explain;
 mod explain_sensor;
 mod explain_servo;
+mod export;
 mod failure;
 mod identify;
 mod log_file;
@@ -87,6 +88,11 @@ enum Command {
     Probe(probe::ProbeOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
+    /// Writes what is left of a robot for its controller or another simulator: URDF, MJCF or JSON.
+    ///
+    /// Damaged as --morphology, --legs-lost or the answer of identify or explain says, with the
+    /// numbers of --robot, calibrated or not.
+    Export(export::ExportOptions),
     /// Simulates walks beforehand, for instant answers.
     Atlas(atlas::AtlasOptions),
     /// Scores answers on directories of logs against what was done to the robots.
@@ -130,6 +136,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Calibrate(options) => calibrate::run(options),
         Command::Probe(options) => probe::run(options),
         Command::Simulate(options) => simulate::run(options),
+        Command::Export(options) => export::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
         Command::EvaluateEffects(options) => evaluate_effects::run(options),

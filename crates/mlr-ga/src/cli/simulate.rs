@@ -3,20 +3,20 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use mlr_filter::{OrientationSeries, SettingError};
 use mlr_ga::LARGEST_SEED;
 use mlr_imu::{write_log, write_log_to};
 use mlr_model::{
-    GroundContact, JointTrajectory, LostLinks, Morphology, Outcome, Roughness, SimulationSettings,
-    Simulator, Terrain,
+    GroundContact, JointTrajectory, Morphology, Outcome, Roughness, SimulationSettings, Simulator,
+    Terrain,
 };
 
 use serde_json::json;
 
 use super::{
     model_files::ModelFiles,
-    morphology_choice::MorphologyChoice,
+    morphology_choice::{LossName, MorphologyChoice},
     output::{self, ResultFile},
 };
 
@@ -95,14 +95,6 @@ pub(super) struct SimulateOptions {
     json: bool,
     #[command(flatten)]
     model: ModelFiles,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum LossName {
-    /// Gone.
-    Absent,
-    /// Locked clear of the ground.
-    Locked,
 }
 
 /// Distance between the grid points of the rubble.
@@ -186,10 +178,7 @@ impl SimulateOptions {
             duration_s: self.walk_s,
             stand_s: self.stand_s,
             time_step_s: self.time_step_s,
-            lost_links: match self.lost_links {
-                LossName::Absent => LostLinks::Absent,
-                LossName::Locked => LostLinks::Locked,
-            },
+            lost_links: self.lost_links.into(),
             contact: GroundContact {
                 friction: self.friction,
                 ..Default::default()

@@ -125,9 +125,9 @@ impl Dynamics {
     pub fn of(assembly: &Assembly) -> Self {
         let mut legs = Vec::with_capacity(assembly.legs.len());
         let mut links = Vec::new();
-        for (leg, chain) in assembly.legs.iter().enumerate() {
+        for (leg, left) in assembly.legs.iter().enumerate() {
             let first = links.len();
-            links.extend(chain.iter().enumerate().map(|(link, part)| Link {
+            links.extend(left.links.iter().enumerate().map(|(link, part)| Link {
                 leg,
                 link,
                 frame: part.frame,

@@ -2,7 +2,7 @@
 
 mod contacts;
 mod heading_frame;
-mod leg_state;
+pub(crate) mod leg_state;
 pub(crate) mod physics;
 pub(crate) mod servo_state;
 mod settings;
@@ -10,6 +10,7 @@ mod trajectory;
 mod walk;
 mod world;
 
+pub use leg_state::Obedience;
 pub use settings::{GroundContact, LostLinks, Record, SimulationSettings};
 pub use trajectory::{Outcome, Trajectory};
 pub use walk::Walk;

@@ -52,12 +52,8 @@ impl<'a> World<'a> {
             .collect();
         let start = start_pose(simulator, morphology, &legs);
         let body = simulator.robot.body();
-        let mut assembly = Assembly::of_parts(
-            body,
-            legs.iter().map(LegState::description),
-            morphology,
-            simulator.settings.lost_links,
-        );
+        let mut assembly =
+            Assembly::of_parts(body, &legs, morphology, simulator.settings.lost_links);
         if let Some(payload) = &simulator.settings.payload {
             assembly = assembly.carrying(payload);
         }
@@ -72,8 +68,8 @@ impl<'a> World<'a> {
             world.body,
             0,
         );
-        for ((index, leg), chain) in legs.iter().enumerate().zip(&assembly.legs) {
-            world.add_leg(simulator, index, leg, chain, &start);
+        for ((index, leg), left) in legs.iter().enumerate().zip(&assembly.legs) {
+            world.add_leg(simulator, index, leg, &left.links, &start);
         }
         world.physics.recompute_masses();
         world.legs = legs;

@@ -17,6 +17,7 @@ mod gyro_scale;
 mod imu_misalignment;
 mod joint_offset;
 mod payload;
+mod reported;
 mod sensor_delay;
 mod servo_lag;
 mod servo_stiffness;
@@ -27,6 +28,7 @@ mod weak_leg;
 
 pub use crate::EffectParameter;
 pub use effect::{Place, WalkEffect};
+pub use reported::apply_reported;
 
 /// All effects: those of the body first, then those of the sensor.
 pub const LIBRARY: &[&dyn WalkEffect] = &[
