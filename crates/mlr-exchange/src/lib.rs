@@ -9,8 +9,8 @@
 //! trajectories (`leg1_coxa`), and a joint at angle 0 is where the controller commands it to 0.
 
 mod export;
-// mod import;
+mod import;
 mod xml;
 
 pub use export::{ExportedJson, ExportedRobot, Format};
-// pub use import::{Imported, ImportError, ImportOptions, JointMap, import_urdf};
+pub use import::{ImportError, ImportOptions, Imported, JointMap, MOST_URDF_BYTES, import_urdf};

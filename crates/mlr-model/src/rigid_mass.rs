@@ -14,7 +14,7 @@ pub struct RigidMass {
 
 impl RigidMass {
     /// With its inertia about the centre of mass, along the axes of the frame.
-    pub(crate) fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
+    pub fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
         Self {
             mass_kg,
             center_m,
@@ -57,8 +57,8 @@ impl RigidMass {
         }
     }
 
-    /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem).
-    pub(crate) fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
+    /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem). One of both has a mass.
+    pub fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
         let other_center = (frame * Point3::from(other.center_m)).coords;
         let turn = frame.rotation.to_rotation_matrix();
         let other_inertia = turn * other.inertia_kg_m2 * turn.transpose();

@@ -15,6 +15,7 @@ mod explain_servo;
 mod export;
 mod failure;
 mod identify;
+mod import;
 mod log_file;
 mod markdown;
 mod model_files;
@@ -93,6 +94,10 @@ enum Command {
     /// Damaged as --morphology, --legs-lost or the answer of identify or explain says, with the
     /// numbers of --robot, calibrated or not.
     Export(export::ExportOptions),
+    /// Reads the URDF of a robot into a description, as far as that can hold it.
+    ///
+    /// What was left out, what had to be assumed, and how far the feet are off is said.
+    Import(import::ImportRobotOptions),
     /// Simulates walks beforehand, for instant answers.
     Atlas(atlas::AtlasOptions),
     /// Scores answers on directories of logs against what was done to the robots.
@@ -137,6 +142,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Probe(options) => probe::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Export(options) => export::run(options),
+        Command::Import(options) => import::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
         Command::EvaluateEffects(options) => evaluate_effects::run(options),

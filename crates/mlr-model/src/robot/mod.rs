@@ -113,6 +113,12 @@ impl Robot {
         self
     }
 
+    /// Mass of the whole robot.
+    pub fn mass_kg(&self) -> f64 {
+        let links = self.legs.iter().flat_map(|leg| &leg.links);
+        self.body.mass_kg + links.map(|link| link.mass_kg).sum::<f64>()
+    }
+
     /// The legs, leg 1 first.
     pub fn legs(&self) -> &[Leg] {
         &self.legs
