@@ -35,14 +35,14 @@ impl Description<'_> {
         body["inertia_kg_m2"] = numbers(&self.inertia_kg_m2);
         file["body"] = Item::Table(body);
         file["servo"] = Item::Table(servo(&self.servo));
-        let mut tables: Vec<(String, Table)> = Vec::new();
+        let mut tables: Vec<LinkTable> = Vec::new();
         let mut legs = ArrayOfTables::new();
         for (index, leg) in self.legs.iter().enumerate() {
             legs.push(self.leg(index, leg, &mut tables));
         }
         let mut links = Table::new();
         links.set_implicit(true);
-        for (name, table) in tables {
+        for LinkTable { name, table, .. } in tables {
             links[&name] = Item::Table(table);
         }
         file["links"] = Item::Table(links);
@@ -65,24 +65,29 @@ impl Description<'_> {
         format!("{}\n{file}", comment.collect::<String>())
     }
 
-    fn leg(&self, index: usize, leg: &ImportedLeg, tables: &mut Vec<(String, Table)>) -> Table {
+    fn leg(&self, index: usize, leg: &ImportedLeg, tables: &mut Vec<LinkTable>) -> Table {
         let mut names = Array::new();
         for (number, link) in leg.links.iter().enumerate() {
             let table = self.link(index, number, leg, link);
+            let text = table.to_string();
             // Links of the same name and numbers are one table.
-            let same = |(_, other): &&(String, Table)| other.to_string() == table.to_string();
             let plain = leg.plain_name(link);
-            let known = tables.iter().filter(|(name, _)| name.starts_with(&plain));
-            let known = known.clone().find(same).map(|(name, _)| name.clone());
+            let same = |other: &&LinkTable| other.plain == plain && other.text == text;
+            let known = tables.iter().find(same).map(|known| known.name.clone());
             let name = known.unwrap_or_else(|| {
-                let taken = |name: &str| tables.iter().any(|(other, _)| other == name);
+                let taken = |name: &str| tables.iter().any(|other| other.name == name);
                 let mut name = plain.clone();
                 let mut count = index + 1;
                 while taken(&name) {
                     name = format!("{plain}_leg{count}");
                     count += self.legs.len();
                 }
-                tables.push((name.clone(), table));
+                tables.push(LinkTable {
+                    name: name.clone(),
+                    plain,
+                    text,
+                    table,
+                });
                 name
             });
             names.push(name);
@@ -143,6 +148,15 @@ impl Description<'_> {
         }
         table
     }
+}
+
+/// A section of links that are the same.
+struct LinkTable {
+    name: String,
+    /// The name without what makes it the only one.
+    plain: String,
+    text: String,
+    table: Table,
 }
 
 /// Where the first link that can be lifted is locked, clear of the ground: the JetHexa's.

@@ -8,13 +8,22 @@ pub struct ImportError {
     pub line: Option<usize>,
     /// What was found and what was expected.
     pub what: String,
+    offset: Option<usize>,
 }
 
 impl ImportError {
-    pub(super) fn at(line: usize, what: impl Into<String>) -> Self {
+    /// At a byte of the file, whose line is found by [`located`](Self::located).
+    pub(super) fn at(offset: usize, what: impl Into<String>) -> Self {
+        Self {
+            offset: Some(offset),
+            ..Self::of_file(what)
+        }
+    }
+
+    pub(super) fn at_line(line: usize, what: impl Into<String>) -> Self {
         Self {
             line: Some(line),
-            what: what.into(),
+            ..Self::of_file(what)
         }
     }
 
@@ -22,7 +31,16 @@ impl ImportError {
         Self {
             line: None,
             what: what.into(),
+            offset: None,
         }
+    }
+
+    /// With its line in the text of the file.
+    pub(super) fn located(mut self, text: &str) -> Self {
+        if let Some(before) = self.offset.and_then(|offset| text.get(..offset)) {
+            self.line = Some(1 + before.matches('\n').count());
+        }
+        self
     }
 
     fn place(&self) -> String {

@@ -48,6 +48,7 @@ const WORTH_SHARE: f64 = 0.02;
 /// Radius of a foot whose shape is not known, of its link's length at most.
 const FOOT_RADIUS_M: f64 = 0.012;
 const FOOT_SHARE: f64 = 0.1;
+const LEAST_RADIUS_M: f64 = 1e-4;
 
 impl Chain {
     /// The chain that begins with a joint of the body.
@@ -101,7 +102,7 @@ impl Chain {
             let joint = &urdf.joints[self.joints[unfit.0].0];
             let hint = "--fixed holds a joint still that belongs to no leg";
             let what = format!("joint {:?}: {}; {hint}", joint.name, unfit.1);
-            ImportError::at(joint.line, what)
+            ImportError::at(joint.offset, what)
         })
     }
 
@@ -311,7 +312,7 @@ fn contact(
             radius_m: *radius_m,
         }),
         (None, _) if is_last => {
-            let radius_m = FOOT_RADIUS_M.min(FOOT_SHARE * length_m);
+            let radius_m = FOOT_RADIUS_M.min(FOOT_SHARE * length_m).max(LEAST_RADIUS_M);
             notes.assumed(format!(
                 "a foot with a radius of {:.1} mm for link {name:?}",
                 1e3 * radius_m

@@ -25,6 +25,9 @@ use urdf::{OwnElement, Urdf};
 /// The most that is read of a URDF, in bytes: a robot without its meshes has some hundred kB.
 pub const MOST_URDF_BYTES: u64 = 10_000_000;
 
+/// Joints that turn, at most: no robot that walks has a tenth of it.
+const MOST_JOINTS: usize = 1000;
+
 /// How a URDF is read.
 #[derive(Debug, Clone, Default)]
 pub struct ImportOptions {
@@ -70,17 +73,24 @@ struct Notes {
     assumed: Vec<String>,
 }
 
+/// What is said of each kind, at most.
+const MOST_NOTES: usize = 500;
+
 impl Notes {
     fn left_out(&mut self, what: String) {
-        if !self.left_out.contains(&what) {
-            self.left_out.push(what);
-        }
+        note(&mut self.left_out, what);
     }
 
     fn assumed(&mut self, what: String) {
-        if !self.assumed.contains(&what) {
-            self.assumed.push(what);
-        }
+        note(&mut self.assumed, what);
+    }
+}
+
+fn note(notes: &mut Vec<String>, what: String) {
+    match notes.len() {
+        MOST_NOTES => notes.push("more of the like".into()),
+        count if count < MOST_NOTES && !notes.contains(&what) => notes.push(what),
+        _ => {}
     }
 }
 
@@ -90,6 +100,10 @@ impl Notes {
 /// [`ImportError`] when the text is no URDF, its links are no tree, a number makes no sense, or a
 /// joint of a leg turns about an axis that no description can hold.
 pub fn import_urdf(text: &str, options: &ImportOptions) -> Result<Imported, ImportError> {
+    read(text, options).map_err(|error| error.located(text))
+}
+
+fn read(text: &str, options: &ImportOptions) -> Result<Imported, ImportError> {
     let urdf = Urdf::parse(text)?;
     let parts = Parts::new(&urdf, &options.fixed_joints)?;
     let mut notes = Notes::default();
@@ -102,6 +116,11 @@ pub fn import_urdf(text: &str, options: &ImportOptions) -> Result<Imported, Impo
     let legs = &parts.all[0].hanging;
     if legs.is_empty() {
         let what = "no joint that turns hangs on the body, expected the first joints of its legs";
+        return Err(ImportError::of_file(what));
+    }
+    let moving = parts.all.len() - 1;
+    if moving > MOST_JOINTS {
+        let what = format!("{moving} joints that turn, expected {MOST_JOINTS} at most");
         return Err(ImportError::of_file(what));
     }
     let chains = legs.iter().map(|first| {

@@ -148,7 +148,7 @@ fn joints_below(urdf: &Urdf) -> Result<Vec<Vec<usize>>, ImportError> {
                 "link {:?} hangs on joint {:?} and on joint {:?}, expected one: a robot is a tree",
                 urdf.links[joint.child].name, urdf.joints[other].name, joint.name
             );
-            return Err(ImportError::at(joint.line, what));
+            return Err(ImportError::at(joint.offset, what));
         }
         above[joint.child] = Some(index);
         below[joint.parent].push(index);
@@ -172,7 +172,7 @@ fn root(urdf: &Urdf, below: &[Vec<usize>]) -> Result<usize, ImportError> {
             "link {:?} hangs on nothing, and {:?} neither, expected one such link: the body",
             urdf.links[other].name, urdf.links[root].name
         );
-        return Err(ImportError::at(urdf.links[other].line, what));
+        return Err(ImportError::at(urdf.links[other].offset, what));
     }
     let mut reached = HashSet::from([root]);
     let mut open = vec![root];
@@ -191,7 +191,7 @@ fn root(urdf: &Urdf, below: &[Vec<usize>]) -> Result<usize, ImportError> {
                 "link {:?} hangs in a circle of joints, expected a tree from {:?} on",
                 link.name, urdf.links[root].name
             );
-            Err(ImportError::at(link.line, what))
+            Err(ImportError::at(link.offset, what))
         }
     }
 }

@@ -20,7 +20,8 @@ pub(super) struct Urdf {
 
 pub(super) struct UrdfLink {
     pub(super) name: String,
-    pub(super) line: usize,
+    /// In bytes of the file.
+    pub(super) offset: usize,
     pub(super) inertial: Option<Inertial>,
     pub(super) collisions: Vec<Shape>,
     pub(super) visuals: Vec<Shape>,
@@ -54,7 +55,8 @@ pub(super) enum Form {
 
 pub(super) struct UrdfJoint {
     pub(super) name: String,
-    pub(super) line: usize,
+    /// In bytes of the file.
+    pub(super) offset: usize,
     pub(super) kind: String,
     /// Indices of links.
     pub(super) parent: usize,
@@ -108,7 +110,7 @@ impl Urdf {
         };
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let line = error.pos().row as usize;
-            ImportError::at(
+            ImportError::at_line(
                 line,
                 format!("{error}, expected URDF: XML with one <robot>"),
             )
@@ -122,7 +124,7 @@ impl Urdf {
                 _ => "",
             };
             let what = format!("<{found}>, expected <robot>, the root of a URDF{hint}");
-            return Err(ImportError::at(line(&root), what));
+            return Err(ImportError::at(offset(&root), what));
         }
         let name = root.attribute("name").unwrap_or("robot").to_string();
         let mut links: Vec<UrdfLink> = Vec::new();
@@ -134,7 +136,7 @@ impl Urdf {
                     "link {:?} a second time, expected one of each name",
                     link.name
                 );
-                return Err(ImportError::at(link.line, what));
+                return Err(ImportError::at(link.offset, what));
             }
             links.push(link);
         }
@@ -150,7 +152,7 @@ impl Urdf {
             if name.contains("xacro") || node.tag_name().namespace().is_some() {
                 let what =
                     format!("<{name}> of xacro, expected plain URDF: run xacro on the file first");
-                return Err(ImportError::at(line(&node), what));
+                return Err(ImportError::at(offset(&node), what));
             }
             let read = ["link", "joint", "mlr", "material", "mujoco"].contains(&name);
             if !read && !ignored.iter().any(|one| one == name) {
@@ -177,7 +179,7 @@ fn link(node: &Node<'_, '_>) -> Result<UrdfLink, ImportError> {
     };
     Ok(UrdfLink {
         name: named(node)?,
-        line: line(node),
+        offset: offset(node),
         inertial: elements(node, "inertial")
             .next()
             .map(|node| inertial(&node))
@@ -243,12 +245,12 @@ fn joint(node: &Node<'_, '_>, links: &HashMap<String, usize>) -> Result<UrdfJoin
         let link = element.and_then(|element| element.attribute("link"));
         let Some(link) = link else {
             let what = format!("joint {name:?} without {part}, expected <{part} link=\"…\"/>");
-            return Err(ImportError::at(line(node), what));
+            return Err(ImportError::at(offset(node), what));
         };
         links.get(link).copied().ok_or_else(|| {
             let what =
                 format!("joint {name:?} has the {part} {link:?}, expected the name of a <link>");
-            ImportError::at(line(node), what)
+            ImportError::at(offset(node), what)
         })
     };
     let (parent, child) = (end("parent")?, end("child")?);
@@ -261,7 +263,7 @@ fn joint(node: &Node<'_, '_>, links: &HashMap<String, usize>) -> Result<UrdfJoin
     let turns = ["revolute", "continuous"].contains(&kind.as_str());
     if turns && largest < 1e-9 {
         let what = format!("the axis of joint {name:?} is zero, expected a direction");
-        return Err(ImportError::at(line(node), what));
+        return Err(ImportError::at(offset(node), what));
     }
     let axis = if largest > 0.0 {
         (axis / largest).normalize()
@@ -276,7 +278,7 @@ fn joint(node: &Node<'_, '_>, links: &HashMap<String, usize>) -> Result<UrdfJoin
             .transpose()
     };
     Ok(UrdfJoint {
-        line: line(node),
+        offset: offset(node),
         kind,
         parent,
         child,
@@ -347,7 +349,7 @@ fn named(node: &Node<'_, '_>) -> Result<String, ImportError> {
         _ => {
             let tag = node.tag_name().name();
             let what = format!("<{tag}> without a name, expected <{tag} name=\"…\">");
-            Err(ImportError::at(line(node), what))
+            Err(ImportError::at(offset(node), what))
         }
     }
 }
@@ -360,8 +362,9 @@ fn elements<'a, 'i: 'a>(
     children.filter(move |child| child.is_element() && child.tag_name().name() == name)
 }
 
-fn line(node: &Node<'_, '_>) -> usize {
-    node.document().text_pos_at(node.range().start).row as usize
+/// Where the element begins, in bytes of the file.
+fn offset(node: &Node<'_, '_>) -> usize {
+    node.range().start
 }
 
 fn three(
@@ -400,7 +403,7 @@ fn list(
         _ => {
             let tag = node.tag_name().name();
             let what = format!("{name}={text:?} of <{tag}> is not valid, expected {expected}");
-            Err(ImportError::at(line(node), what))
+            Err(ImportError::at(offset(node), what))
         }
     }
 }
