@@ -22,8 +22,8 @@ pub(super) struct Chain {
 pub(super) struct ImportedLeg {
     pub(super) name: String,
     pub(super) chain: FittedChain,
-    /// Of the outer end in the body's frame, all joints at zero.
     pub(super) links: Vec<ImportedLink>,
+    /// Where an export of mlr says it.
     pub(super) nominal_foot_m: Option<[f64; 2]>,
 }
 

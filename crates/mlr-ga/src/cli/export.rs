@@ -147,11 +147,12 @@ pub(super) fn run(options: &ExportOptions) -> anyhow::Result<()> {
             table.lines("besides", faults.chain(payload));
         }
         table.line("joints", zeros.len());
-        let [x, y, z] = <[f64; 3]>::from(center_m).map(|m| 1e3 * m);
+        // Without a sign of zero.
+        let [x, y, z] = <[f64; 3]>::from(center_m).map(|m| (1e4 * m).round() / 10.0 + 0.0);
         table.line(
             "mass",
             format!(
-                "{:.4} kg, centre at {x:.1}, {y:.1}, {z:.1} mm with straight legs",
+                "{:.4} kg, centre at {x}, {y}, {z} mm with straight legs",
                 assembly.mass_kg()
             ),
         );

@@ -95,10 +95,11 @@ fn table(imported: &Imported, options: &ImportRobotOptions) -> String {
     let turned = turned.filter(|joint| joint.sign < 0.0 || joint.offset_rad.abs() > 1e-6);
     let lines = turned.map(|joint| {
         let sign = if joint.sign < 0.0 { "-" } else { "" };
-        format!(
-            "{} = {sign}{} {:+.4} rad",
-            joint.joint, joint.urdf_joint, joint.offset_rad
-        )
+        let offset = match joint.offset_rad.abs() > 1e-6 {
+            true => format!(" {:+.4} rad", joint.offset_rad),
+            false => String::new(),
+        };
+        format!("{} = {sign}{}{offset}", joint.joint, joint.urdf_joint)
     });
     table.lines("angles", lines);
     table.into_text()
