@@ -71,8 +71,9 @@ impl ExportedRobot<'_> {
             xml.empty("drive", &json_attributes(&servo["drive"], plain));
         }
         for (index, leg) in robot.legs().iter().enumerate() {
-            let left = self.parts.iter().filter(|part| part.leg == index);
-            let left: Vec<&NamedPart> = left.collect();
+            // Stuck joints are none in a URDF.
+            let moving = |part: &&NamedPart| part.leg == index && !part.is_stuck();
+            let left: Vec<&NamedPart> = self.parts.iter().filter(moving).collect();
             if left.is_empty() {
                 continue;
             }

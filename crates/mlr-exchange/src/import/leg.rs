@@ -51,8 +51,13 @@ const FOOT_SHARE: f64 = 0.1;
 const LEAST_RADIUS_M: f64 = 1e-4;
 
 impl Chain {
-    /// The chain that begins with a joint of the body.
-    pub(super) fn new(parts: &Parts, first: (usize, Isometry3<f64>, usize)) -> Self {
+    /// The chain that begins with a joint of the body; where it branches, the deepest branch.
+    pub(super) fn new(
+        urdf: &Urdf,
+        parts: &Parts,
+        first: (usize, Isometry3<f64>, usize),
+        notes: &mut Notes,
+    ) -> Self {
         let mut joints = vec![first];
         let (_, mut frame, mut part) = first;
         loop {
@@ -68,19 +73,9 @@ impl Chain {
             part = *on;
             joints.push((*joint, frame, part));
         }
-        Self {
-            joints,
-            tip_m: Point3::origin(),
-        }
-    }
-
-    /// The same with its outer end found.
-    pub(super) fn with_tip(mut self, urdf: &Urdf, parts: &Parts, notes: &mut Notes) -> Self {
-        if let Some((joint, _, part)) = self.joints.last() {
-            let axis = urdf.joints[*joint].axis;
-            self.tip_m = tip_m(&parts.all[*part], &axis, notes);
-        }
-        self
+        let (last, ..) = joints[joints.len() - 1];
+        let tip_m = tip_m(&parts.all[part], &urdf.joints[last].axis, notes);
+        Self { joints, tip_m }
     }
 
     fn tip_in_body_m(&self) -> Vector3<f64> {
@@ -156,6 +151,9 @@ impl Chain {
     }
 }
 
+/// Frames and shapes this near to the last axis tell nothing of a leg's end.
+const LEAST_ARM_M: f64 = 1e-3;
+
 /// The outer end of the last part of a leg, in its frame.
 fn tip_m(part: &Part, axis: &Vector3<f64>, notes: &mut Notes) -> Point3<f64> {
     let arm = |point: &Point3<f64>| point.coords - axis * point.coords.dot(axis);
@@ -163,10 +161,9 @@ fn tip_m(part: &Part, axis: &Vector3<f64>, notes: &mut Notes) -> Point3<f64> {
         points.max_by(|a, b| arm(a).norm().total_cmp(&arm(b).norm()))
     };
     // Marked by a frame of its own, as tool and foot frames are.
-    if let Some(marked) = farthest(&mut part.markers_m.iter().copied()) {
-        if arm(&marked).norm() > 1e-6 {
-            return marked;
-        }
+    let marked = farthest(&mut part.markers_m.iter().copied());
+    if let Some(marked) = marked.filter(|marked| arm(marked).norm() > LEAST_ARM_M) {
+        return marked;
     }
     let shapes = if part.collisions.is_empty() {
         &part.visuals
@@ -198,10 +195,9 @@ fn tip_m(part: &Part, axis: &Vector3<f64>, notes: &mut Notes) -> Point3<f64> {
             Form::Mesh => [center; 2],
         }
     });
-    if let Some(end) = farthest(&mut ends.collect::<Vec<_>>().into_iter()) {
-        if arm(&end).norm() > 1e-3 {
-            return end;
-        }
+    let end = farthest(&mut ends.collect::<Vec<_>>().into_iter());
+    if let Some(end) = end.filter(|end| arm(end).norm() > LEAST_ARM_M) {
+        return end;
     }
     let center = part.mass.map_or(Point3::origin(), |mass| mass.center_m());
     notes.assumed(format!(

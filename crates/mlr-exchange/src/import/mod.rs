@@ -124,7 +124,7 @@ fn read(text: &str, options: &ImportOptions) -> Result<Imported, ImportError> {
         return Err(ImportError::of_file(what));
     }
     let chains = legs.iter().map(|first| {
-        let chain = Chain::new(&parts, *first).with_tip(&urdf, &parts, &mut notes);
+        let chain = Chain::new(&urdf, &parts, *first, &mut notes);
         let fitted = chain.fitted(&urdf)?;
         Ok((chain, fitted))
     });
@@ -143,7 +143,7 @@ fn read(text: &str, options: &ImportOptions) -> Result<Imported, ImportError> {
     match &urdf.own {
         Some(own) => take_own(own, &urdf, &mut imported)?,
         None => {
-            imported.sort_by(|a, b| a.from_front_left().total_cmp(&b.from_front_left()));
+            imported.sort_by(|a, b| a.place_from_front().total_cmp(&b.place_from_front()));
             for (index, leg) in imported.iter_mut().enumerate() {
                 leg.name = leg.common_name().unwrap_or(format!("leg {}", index + 1));
             }
@@ -291,7 +291,7 @@ impl ImportedLeg {
     }
 
     /// Legs are numbered in this order: pair by pair from the front, left before right.
-    fn from_front_left(&self) -> f64 {
+    fn place_from_front(&self) -> f64 {
         const PAIR_M: f64 = 0.02;
         let hip = &self.chain.hip_m;
         let side = if hip.y >= 0.0 { 0.0 } else { 0.5 };

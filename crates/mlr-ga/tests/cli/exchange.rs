@@ -5,7 +5,7 @@ use std::fs;
 use mlr_model::Robot;
 use serde_json::{Value, json};
 
-use crate::program::Folder;
+use crate::{program::Folder, round_trip::QUICK};
 
 const DOG: &str = "../mlr-exchange/tests/data/dog.urdf";
 const LEGS_3_4: &str = "[[1,1,1],[1,1,1],[0,0,0],[0,0,0],[1,1,1],[1,1,1]]";
@@ -110,7 +110,8 @@ fn what_identify_finds_is_what_export_takes() {
         "6",
     ];
     folder.succeeds(&simulate);
-    let answer = folder.succeeds(&["identify", &log, "--json"]);
+    let config = folder.write("quick.toml", QUICK);
+    let answer = folder.succeeds(&["identify", &log, "--json", "--config", &config]);
     let found: Value = serde_json::from_str(&answer).unwrap();
     let answer = folder.write("answer.json", answer);
     let robot = folder.succeeds(&["export", "--format", "json", "--answer", &answer]);
