@@ -36,9 +36,9 @@ pub fn apply_reported(
     };
     let fault = match kind {
         "payload" => {
+            let mass_kg = quantity("mass_kg")?;
             let place_m = [quantity("x_m")?, quantity("y_m")?];
-            let load = payload::on_deck(quantity("mass_kg")?, place_m, model);
-            payload::add(load, model);
+            payload::add(payload::on_deck(mass_kg, place_m, model), model);
             return Ok(true);
         }
         "friction" => {
