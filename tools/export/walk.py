@@ -53,9 +53,11 @@ def read(path):
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
-def play(robot, joints):
-    """Roll, pitch and yaw from the first step on."""
+def play(robot, joints, solref):
+    """Roll, pitch and yaw from the first step on; with other contacts than the file's, if so."""
     model = mujoco.MjModel.from_xml_path(str(robot))
+    if solref:
+        model.geom_solref[:] = solref
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("stance").id)
     hold_s, latency_s = numeric(model, "command_hold_s"), numeric(model, "latency_s")
@@ -69,16 +71,15 @@ def play(robot, joints):
         command = commands[min(max(row, 0), len(commands) - 1)]
         data.ctrl += np.clip(command - data.ctrl, -reach_rad, reach_rad)
         mujoco.mj_step(model, data)
-    angles = np.degrees(np.unwrap(np.array(angles), axis=0))
-    return angles
+    return np.degrees(np.unwrap(np.array(angles), axis=0))
 
 
-def walk(program, case, folder):
+def walk(program, case, folder, solref=None):
     robot, log, joints = (folder / name for name in ("robot.xml", "log.csv", "joints.csv"))
     run = lambda *arguments: subprocess.run([program, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
     run("export", "--format", "mjcf", "-o", robot, *case)
     run("simulate", "-o", log, "--joints", joints, "--stand-s", STAND_S, "--walk-s", WALK_S, *case)
-    theirs = play(robot, read(joints))
+    theirs = play(robot, read(joints), solref)
     log = read(log)
     t = np.arange(len(theirs)) * SAMPLE_S + STAND_S
     ours = np.column_stack([
@@ -90,13 +91,15 @@ def walk(program, case, folder):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program", type=Path)
-    program = parser.parse_args().program.resolve()
+    parser.add_argument("--solref", type=float, nargs=2, help="other contacts than those of the file")
+    options = parser.parse_args()
+    program = options.program.resolve()
     rms = lambda x: float(np.sqrt(np.mean(x**2)))
     print("| robot | roll: motion [°] | apart [°] | pitch: motion [°] | apart [°] | yaw at the end, here [°] | in MuJoCo [°] | RMS apart [°] |")
     print("|:--|--:|--:|--:|--:|--:|--:|--:|")
     for name, case in CASES.items():
         with tempfile.TemporaryDirectory() as folder:
-            ours, theirs = walk(program, case, Path(folder))
+            ours, theirs = walk(program, case, Path(folder), options.solref)
         tilt = [x[:, :2] - x[:, :2].mean(0) for x in (ours, theirs)]
         yaw = [x[:, 2] - x[0, 2] for x in (ours, theirs)]
         cells = [f"{value:.2f}" for axis in (0, 1) for value in (rms(tilt[0][:, axis]), rms((tilt[0] - tilt[1])[:, axis]))]

@@ -11,8 +11,8 @@ const TIME_STEP_S: f64 = 0.001;
 /// Friction against turning and rolling on the spot, m: next to none, as here.
 const OTHER_FRICTION: &str = "0.0001 0.0001";
 /// Time constant and damping ratio of contacts: the stiffest that MuJoCo takes at a step of 2 ms.
-/// Contacts here do not give way either; with MuJoCo's default of 20 ms damaged robots tilt three
-/// times as far from the walk here (`docs/export.md`).
+/// Contacts here do not give way either; with MuJoCo's default of 20 ms roll and pitch of damaged
+/// robots are three to five times as far from the walk here (`docs/export.md`).
 const CONTACT: &str = "0.004 1";
 /// The robot's parts touch the ground and never each other.
 const OF_ROBOT: [(&str, &str); 2] = [("contype", "1"), ("conaffinity", "2")];
