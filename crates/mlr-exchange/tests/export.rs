@@ -167,6 +167,8 @@ proptest! {
         let settings = settings_with(faults, locked, payload);
         let exported = ExportedRobot::new(&robot, &morphology, &settings).unwrap();
         let here = weight_here(exported.assembly(), commands_rad);
+        let straight = weight_here(exported.assembly(), 0.0);
+        prop_assert!((exported.center_of_mass_m() - straight.1).norm() < 1e-12);
         let urdf = exported.written(Format::Urdf, &gait).unwrap();
         let mjcf = exported.written(Format::Mjcf, &gait).unwrap();
         for there in [weight_in_urdf(&urdf, commands_rad), weight_in_mjcf(&mjcf, commands_rad)] {

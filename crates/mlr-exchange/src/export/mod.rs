@@ -10,9 +10,9 @@ pub use json::ExportedJson;
 use mlr_filter::SettingError;
 use mlr_model::{
     Assembly, Drive, Fault, Gait, LinkPart, ModelError, Morphology, Obedience, Robot, Servo,
-    SimulationSettings,
+    SimulationSettings, dynamics::Dynamics,
 };
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 /// Name of the body's link.
 pub(crate) const BASE: &str = "base_link";
@@ -110,6 +110,22 @@ impl<'a> ExportedRobot<'a> {
     /// Rigid parts and joints.
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
+    }
+
+    /// Joints that obey commands.
+    pub fn obeying_joints(&self) -> usize {
+        self.parts.iter().filter(|part| !part.is_stuck()).count()
+    }
+
+    /// The centre of mass in the body's frame, all joints commanded to zero.
+    pub fn center_of_mass_m(&self) -> Point3<f64> {
+        let angles = self.parts.iter().map(|part| match part.part.obedience {
+            Obedience::Shifted(angle_rad) | Obedience::Stuck(angle_rad) => angle_rad,
+        });
+        let angles_rad: Vec<f64> = angles.collect();
+        let mut dynamics = Dynamics::of(&self.assembly);
+        let posed = dynamics.at(&UnitQuaternion::identity(), &angles_rad);
+        posed.center_of_mass_m()
     }
 
     /// What is known of the robot that a file of this format does not hold.

@@ -7,8 +7,7 @@ use clap::{Args, ValueEnum};
 use mlr_exchange::{ExportedRobot, Format};
 use mlr_ga::AnsweredRobot;
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
-use mlr_model::{Gait, LostLinks, SimulationSettings, dynamics::Dynamics};
-use nalgebra::UnitQuaternion;
+use mlr_model::{Gait, LostLinks, SimulationSettings};
 use serde_json::json;
 
 use super::{
@@ -116,10 +115,7 @@ pub(super) fn run(options: &ExportOptions) -> anyhow::Result<()> {
     }
     ResultFile::reserve(path)?.write(&text)?;
     let assembly = exported.assembly();
-    let mut dynamics = Dynamics::of(assembly);
-    let zeros = vec![0.0; dynamics.joints().count()];
-    let level = UnitQuaternion::identity();
-    let center_m = dynamics.at(&level, &zeros).center_of_mass_m();
+    let center_m = exported.center_of_mass_m();
     let file = path.display().to_string();
     let text = if options.json {
         let report = json!({
@@ -130,7 +126,7 @@ pub(super) fn run(options: &ExportOptions) -> anyhow::Result<()> {
             "lost_links": settings.lost_links,
             "faults": settings.faults,
             "payload": settings.payload,
-            "joints": zeros.len(),
+            "joints": exported.obeying_joints(),
             "mass_kg": assembly.mass_kg(),
             "center_of_mass_straight_m": <[f64; 3]>::from(center_m),
             "left_out": left_out,
@@ -146,7 +142,7 @@ pub(super) fn run(options: &ExportOptions) -> anyhow::Result<()> {
             let payload = settings.payload.iter().map(|load| format!("{load:?}"));
             table.lines("besides", faults.chain(payload));
         }
-        table.line("joints", zeros.len());
+        table.line("joints", exported.obeying_joints());
         // Without a sign of zero.
         let [x, y, z] = <[f64; 3]>::from(center_m).map(|m| (1e4 * m).round() / 10.0 + 0.0);
         table.line(

@@ -7,7 +7,8 @@ use super::{
     spatial::{angular, linear, velocity_at, wrench_at},
 };
 
-/// A point of the outermost link that is left of a leg.
+/// A point of the outermost link that is left of a leg, for the robot that it was taken from: with
+/// another robot's methods panic or answer for another leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foot {
     leg: usize,
