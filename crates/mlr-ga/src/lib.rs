@@ -36,6 +36,7 @@
 //! ```
 
 mod answer_error;
+mod answered_robot;
 pub mod atlas;
 pub mod belief;
 mod calibrate;
@@ -58,6 +59,7 @@ pub mod scoring;
 pub mod walks;
 
 pub use answer_error::AnswerError;
+pub use answered_robot::{AnsweredRobot, AnsweredRobotError};
 pub use calibrate::{
     CalibrateError, Calibrated, CalibrationReport, HealthyWalk, MeasuredReport, ParameterReport,
     WalkOrigin, WalkReport, calibrate,

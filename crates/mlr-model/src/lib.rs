@@ -33,31 +33,37 @@
 //! x86-64 and aarch64 alike: rapier runs with `enhanced-determinism`, and every
 //! sine, cosine and arctangent on the way comes from the `libm` crate.
 
+mod assembly;
 pub mod bench;
+pub mod dynamics;
 mod error;
 mod fault;
 mod gait;
 mod joint_commands;
 pub mod kinematics;
 mod morphology;
+mod rigid_mass;
 mod robot;
 mod setting_place;
 mod simulation;
 mod terrain;
 mod variation;
 
+pub use assembly::{AssembledLeg, Assembly, LinkPart};
 pub use error::ModelError;
 pub use fault::Fault;
 pub use gait::{FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, Motion};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
+pub use rigid_mass::RigidMass;
 pub use robot::{
     Body, Calibration, ContactShape, Drive, Gaussian, Imu, JointAxis, Leg, Link, Measurement,
     Robot, RobotParameter, Servo,
 };
 pub use setting_place::located;
 pub use simulation::{
-    GroundContact, LostLinks, Outcome, Record, SimulationSettings, Simulator, Trajectory, Walk,
+    GroundContact, LostLinks, Obedience, Outcome, Record, SimulationSettings, Simulator,
+    Trajectory, Walk,
 };
 pub use terrain::{Roughness, Terrain};
 pub use variation::{Payload, Variation};

@@ -12,8 +12,10 @@ mod evaluate_effects;
 mod explain;
 mod explain_sensor;
 mod explain_servo;
+mod export;
 mod failure;
 mod identify;
+mod import;
 mod log_file;
 mod markdown;
 mod model_files;
@@ -87,6 +89,15 @@ enum Command {
     Probe(probe::ProbeOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
+    /// Writes what is left of a robot for its controller or another simulator: URDF, MJCF or JSON.
+    ///
+    /// Damaged as --morphology, --legs-lost or the answer of identify or explain says, with the
+    /// numbers of --robot, calibrated or not.
+    Export(export::ExportOptions),
+    /// Reads the URDF of a robot into a description, as far as that can hold it.
+    ///
+    /// What was left out, what had to be assumed, and how far the feet are off is said.
+    Import(import::ImportRobotOptions),
     /// Simulates walks beforehand, for instant answers.
     Atlas(atlas::AtlasOptions),
     /// Scores answers on directories of logs against what was done to the robots.
@@ -130,6 +141,8 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Calibrate(options) => calibrate::run(options),
         Command::Probe(options) => probe::run(options),
         Command::Simulate(options) => simulate::run(options),
+        Command::Export(options) => export::run(options),
+        Command::Import(options) => import::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
         Command::EvaluateEffects(options) => evaluate_effects::run(options),

@@ -49,6 +49,11 @@ impl ModelFiles {
         let gait = self.robot.gait(&robot, self.gait.as_deref())?;
         Ok((robot, gait))
     }
+
+    /// The robot, where its gait does not matter.
+    pub(super) fn robot(&self) -> anyhow::Result<Robot> {
+        Ok(self.robot.read()?.0)
+    }
 }
 
 impl ModelOfLogs {

@@ -1,7 +1,7 @@
 //! A morphology on the command line.
 
-use clap::Args;
-use mlr_model::{LegLayout, ModelError, Morphology};
+use clap::{Args, ValueEnum};
+use mlr_model::{LegLayout, LostLinks, ModelError, Morphology};
 
 /// Which links are still there; all of them, unless it is said otherwise.
 #[derive(Debug, Args)]
@@ -21,6 +21,24 @@ impl MorphologyChoice {
             (Some(text), _) => Morphology::parse(text, layout),
             (None, Some(legs)) => Morphology::parse_legs_lost(legs, layout),
             (None, None) => Ok(Morphology::healthy(layout)),
+        }
+    }
+}
+
+/// What became of lost links.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum LossName {
+    /// Gone.
+    Absent,
+    /// Locked clear of the ground.
+    Locked,
+}
+
+impl From<LossName> for LostLinks {
+    fn from(name: LossName) -> Self {
+        match name {
+            LossName::Absent => Self::Absent,
+            LossName::Locked => Self::Locked,
         }
     }
 }

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use mlr_filter::{OrientationSeries, SettingError};
 use mlr_ga::LARGEST_SEED;
 use mlr_imu::{write_log, write_log_to};
 use mlr_model::{
-    GroundContact, JointTrajectory, LostLinks, ModelError, Morphology, Outcome, Robot, Roughness,
+    GroundContact, JointTrajectory, ModelError, Morphology, Outcome, Robot, Roughness,
     SimulationSettings, Simulator, Terrain,
 };
 
@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::{
     model_files::ModelFiles,
-    morphology_choice::MorphologyChoice,
+    morphology_choice::{LossName, MorphologyChoice},
     output::{self, ResultFile},
 };
 
@@ -113,14 +113,6 @@ pub(super) struct SimulateOptions {
     model: ModelFiles,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum LossName {
-    /// Gone.
-    Absent,
-    /// Locked clear of the ground.
-    Locked,
-}
-
 /// Distance between the grid points of the rubble.
 const RUBBLE_SPACING_M: f64 = 0.05;
 
@@ -214,10 +206,7 @@ impl SimulateOptions {
             duration_s: self.walk_s,
             stand_s: self.stand_s,
             time_step_s: self.time_step_s,
-            lost_links: match self.lost_links {
-                LossName::Absent => LostLinks::Absent,
-                LossName::Locked => LostLinks::Locked,
-            },
+            lost_links: self.lost_links.into(),
             contact: GroundContact {
                 friction: self.friction,
                 ..Default::default()

@@ -7,6 +7,7 @@ mod atlas;
 mod bad_input;
 mod calibrate;
 mod evaluate_effects;
+mod exchange;
 mod explain_sensor;
 mod explain_servo;
 mod foreign_logs;

@@ -4,7 +4,7 @@ use crate::program::Folder;
 use serde_json::Value;
 
 /// A genetic algorithm that takes a second or two.
-const QUICK: &str = "window_s = 3.0\nlost_links = \"absent\"\nvariations = [{}]\n[genetic]\nislands = 1\ngenerations = 4\n";
+pub(crate) const QUICK: &str = "window_s = 3.0\nlost_links = \"absent\"\nvariations = [{}]\n[genetic]\nislands = 1\ngenerations = 4\n";
 
 fn identified(folder: &Folder, log: &str, more: &[&str]) -> Value {
     let config = folder.write("quick.toml", QUICK);

@@ -6,10 +6,10 @@ use rapier3d::prelude::RigidBodyBuilder;
 use super::{Arm, Bench};
 use crate::{
     Servo,
+    rigid_mass::RigidMass,
     robot::rotation_about,
     simulation::{
-        physics::{GRAVITY_MPS2, Physics},
-        rigid_mass::RigidMass,
+        physics::{GRAVITY_MPS2, Physics, mass_properties},
         servo_state::{HINGE_AXIS, ServoState},
     },
 };
@@ -67,7 +67,7 @@ impl<'a> Swing<'a> {
         let arm = physics.bodies.insert(
             RigidBodyBuilder::dynamic()
                 .can_sleep(false)
-                .additional_mass_properties(mass_of(&self.bench.arm).properties()),
+                .additional_mass_properties(mass_properties(&mass_of(&self.bench.arm))),
         );
         // Every joint of rapier turns about its own x axis; the shaft lies along y.
         let quarter = std::f64::consts::FRAC_PI_2;

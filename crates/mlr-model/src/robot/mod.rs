@@ -113,6 +113,12 @@ impl Robot {
         self
     }
 
+    /// Mass of the whole robot.
+    pub fn mass_kg(&self) -> f64 {
+        let links = self.legs.iter().flat_map(|leg| &leg.links);
+        self.body.mass_kg + links.map(|link| link.mass_kg).sum::<f64>()
+    }
+
     /// The legs, leg 1 first.
     pub fn legs(&self) -> &[Leg] {
         &self.legs
@@ -227,6 +233,11 @@ impl Link {
         self.mass_kg *= kept;
         self.center_of_mass_m *= kept;
         self.inertia_kg_m2 *= kept;
+    }
+
+    /// From the link's joint to its outer end, where the next one hangs.
+    pub(crate) fn outer_end(&self) -> Isometry3<f64> {
+        Isometry3::translation(self.length_m, 0.0, 0.0)
     }
 
     /// Pose of this link's outer end in the frame of its inner neighbour, with

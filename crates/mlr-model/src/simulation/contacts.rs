@@ -4,7 +4,10 @@ use nalgebra::Vector3;
 use rapier3d::prelude::*;
 
 use super::GroundContact;
-use crate::robot::{Body, ContactShape, Link};
+use crate::{
+    assembly::LinkPart,
+    robot::{Body, ContactShape},
+};
 
 /// The robot's parts never touch each other: each only meets the ground.
 const ROBOT: Group = Group::GROUP_1;
@@ -28,7 +31,7 @@ pub(super) fn body(body: &Body, contact: &GroundContact) -> Collider {
 
 /// The collider of a link, which may grip otherwise than the ground says.
 pub(super) fn link(
-    link: &Link,
+    link: &LinkPart,
     contact: &GroundContact,
     own_friction: Option<f64>,
 ) -> Option<Collider> {

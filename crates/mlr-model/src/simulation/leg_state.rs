@@ -6,28 +6,28 @@ use crate::{Fault, JointCommands, Robot, Servo, robot::Leg};
 
 /// What the faults make of one leg.
 #[derive(Debug)]
-pub(super) struct LegState<'a> {
+pub(crate) struct LegState<'a> {
     index: usize,
     description: Cow<'a, Leg>,
     servo: Servo,
     /// How each joint takes its commands.
     obeys: Vec<Obedience>,
     /// Friction coefficient between this leg and the ground, where it differs.
-    pub(super) friction: Option<f64>,
+    pub(crate) friction: Option<f64>,
 }
 
 /// How a joint takes its commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Obedience {
+pub enum Obedience {
     /// With this much added, radians.
     Shifted(f64),
-    /// Not at all: it stays at this angle, radians.
+    /// Not at all: its servo holds it at this angle, radians.
     Stuck(f64),
 }
 
 impl<'a> LegState<'a> {
     /// Leg `index`, counted from 0, with those of the faults that concern it.
-    pub(super) fn new(robot: &'a Robot, index: usize, faults: &[Fault]) -> Self {
+    pub(crate) fn new(robot: &'a Robot, index: usize, faults: &[Fault]) -> Self {
         let description = &robot.legs()[index];
         let mut state = Self {
             index,
@@ -76,18 +76,23 @@ impl<'a> LegState<'a> {
     }
 
     /// What the leg is made of.
-    pub(super) fn description(&self) -> &Leg {
+    pub(crate) fn description(&self) -> &Leg {
         &self.description
     }
 
     /// The servo in each of its joints.
-    pub(super) fn servo(&self) -> &Servo {
+    pub(crate) fn servo(&self) -> &Servo {
         &self.servo
+    }
+
+    /// How joint `link`, counted from 0, takes its commands.
+    pub(crate) fn obedience(&self, link: usize) -> Obedience {
+        self.obeys[link]
     }
 
     /// The angle that the servo of joint `link`, counted from 0, makes for at gait
     /// time `time_s`.
-    pub(super) fn target_rad(&self, commands: &JointCommands, link: usize, time_s: f64) -> f64 {
+    pub(crate) fn target_rad(&self, commands: &JointCommands, link: usize, time_s: f64) -> f64 {
         match self.obeys[link] {
             Obedience::Shifted(by_rad) => commands.angle_rad(self.index, link, time_s) + by_rad,
             Obedience::Stuck(angle_rad) => angle_rad,

@@ -2,15 +2,15 @@
 
 mod contacts;
 mod heading_frame;
-mod leg_state;
+pub(crate) mod leg_state;
 pub(crate) mod physics;
-pub(crate) mod rigid_mass;
 pub(crate) mod servo_state;
 mod settings;
 mod trajectory;
 mod walk;
 mod world;
 
+pub use leg_state::Obedience;
 pub use settings::{GroundContact, LostLinks, Record, SimulationSettings};
 pub use trajectory::{Outcome, Trajectory};
 pub use walk::Walk;

@@ -1,7 +1,9 @@
 //! Rapier with one multibody: what a walking robot and a servo on a bench have in common.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
+
+use crate::rigid_mass::RigidMass;
 
 /// Gravity, m/s² along z.
 pub(crate) const GRAVITY_MPS2: f64 = -9.81;
@@ -141,5 +143,15 @@ pub(crate) fn to_pose(isometry: &Isometry3<f64>) -> Pose {
     Pose::from_parts(
         to_vector(&isometry.translation.vector),
         to_rotation(&isometry.rotation),
+    )
+}
+
+pub(crate) fn mass_properties(mass: &RigidMass) -> MassProperties {
+    let center: Vector3<f32> = mass.center_m().coords.cast();
+    let inertia: Matrix3<f32> = mass.inertia_kg_m2().cast();
+    MassProperties::with_inertia_matrix(
+        Vector::new(center.x, center.y, center.z),
+        mass.mass_kg() as f32,
+        rapier3d::math::Matrix::from_cols_array_2d(&inertia.data.0),
     )
 }

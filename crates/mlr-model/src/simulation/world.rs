@@ -1,19 +1,20 @@
 //! The damaged robot as a rapier3d multibody on its ground.
 
 use mlr_filter::Axes;
-use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use super::{
-    LostLinks, Simulator, contacts,
+    Simulator, contacts,
     heading_frame::HeadingFrame,
     leg_state::LegState,
-    physics::{GRAVITY_MPS2, Physics, to_pose, to_rotation, to_vector},
-    rigid_mass::{RigidMass, outer_end},
+    physics::{GRAVITY_MPS2, Physics, mass_properties, to_pose, to_rotation, to_vector},
     servo_state::ServoState,
 };
 use crate::{
-    Fault, JointAxis, JointCommands, Morphology, kinematics,
+    Fault, JointAxis, JointCommands, Morphology,
+    assembly::{Assembly, LinkPart},
+    kinematics,
     robot::{ContactShape, rotation_about},
 };
 
@@ -51,37 +52,24 @@ impl<'a> World<'a> {
             .collect();
         let start = start_pose(simulator, morphology, &legs);
         let body = simulator.robot.body();
-        let mut body_mass = RigidMass::new(
-            body.mass_kg,
-            body.center_of_mass_m.coords,
-            Matrix3::from_diagonal(&body.inertia_kg_m2),
-        );
-        if simulator.settings.lost_links == LostLinks::Locked {
-            for (index, leg) in legs.iter().enumerate() {
-                if morphology.remaining(index) == 0 {
-                    let leg = leg.description();
-                    body_mass.attach_locked(&leg.links, leg.hip_frame());
-                }
-            }
-        }
+        let mut assembly =
+            Assembly::of_parts(body, &legs, morphology, simulator.settings.lost_links);
         if let Some(payload) = &simulator.settings.payload {
-            let point = RigidMass::new(payload.mass_kg, Vector3::zeros(), Matrix3::zeros());
-            let [x, y, z] = payload.position_m;
-            body_mass.attach(&point, &Isometry3::translation(x, y, z));
+            assembly = assembly.carrying(payload);
         }
         world.body = world.physics.bodies.insert(
             RigidBodyBuilder::dynamic()
                 .pose(to_pose(&start))
                 .can_sleep(false)
-                .additional_mass_properties(body_mass.properties()),
+                .additional_mass_properties(mass_properties(&assembly.body)),
         );
         world.add_collider(
             contacts::body(body, &simulator.settings.contact),
             world.body,
             0,
         );
-        for (index, leg) in legs.iter().enumerate() {
-            world.add_leg(simulator, index, leg, morphology.remaining(index), &start);
+        for ((index, leg), left) in legs.iter().enumerate().zip(&assembly.legs) {
+            world.add_leg(simulator, index, leg, &left.links, &start);
         }
         world.physics.recompute_masses();
         world.legs = legs;
@@ -126,32 +114,26 @@ impl<'a> World<'a> {
         self.owners.push((handle, owner));
     }
 
-    /// Hangs the leg's `remaining` links on the body, each by a revolute joint.
+    /// Hangs the links that are left of a leg on the body, each by a revolute joint.
     fn add_leg(
         &mut self,
         simulator: &Simulator,
         index: usize,
         state: &LegState<'_>,
-        remaining: usize,
+        chain: &[LinkPart],
         start: &Isometry3<f64>,
     ) {
-        let leg = state.description();
         let mut parent = self.body;
-        let mut frame_in_parent = leg.hip_frame();
-        for (link_index, link) in leg.links[..remaining].iter().enumerate() {
-            let mut mass = RigidMass::of_link(link);
-            if link_index + 1 == remaining && simulator.settings.lost_links == LostLinks::Locked {
-                mass.attach_locked(&leg.links[remaining..], outer_end(link));
-            }
+        for (link_index, link) in chain.iter().enumerate() {
             let part = self.physics.bodies.insert(
                 RigidBodyBuilder::dynamic()
                     .pose(to_pose(start))
                     .can_sleep(false)
-                    .additional_mass_properties(mass.properties()),
+                    .additional_mass_properties(mass_properties(&link.mass)),
             );
-            let hinge = hinge_frame(link.joint);
+            let hinge = hinge_frame(link.axis);
             self.physics
-                .hang(part, parent, &(frame_in_parent * hinge), &hinge);
+                .hang(part, parent, &(link.frame * hinge), &hinge);
             self.joints.push(Joint {
                 leg: index,
                 link: link_index,
@@ -162,7 +144,6 @@ impl<'a> World<'a> {
                 self.add_collider(collider, part, index + 1);
             }
             parent = part;
-            frame_in_parent = outer_end(link);
         }
     }
 
@@ -389,3 +370,6 @@ fn hinge_frame(axis: JointAxis) -> Isometry3<f64> {
         rotation_about(&towards, -std::f64::consts::FRAC_PI_2),
     )
 }
+
+#[cfg(test)]
+mod tests;

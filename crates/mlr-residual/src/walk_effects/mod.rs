@@ -19,6 +19,7 @@ mod imu_misalignment;
 mod joint_friction;
 mod joint_offset;
 mod payload;
+mod reported;
 mod sensor_delay;
 mod servo_lag;
 mod servo_stiffness;
@@ -29,6 +30,7 @@ mod weak_leg;
 
 pub use crate::EffectParameter;
 pub use effect::{Place, WalkEffect};
+pub use reported::apply_reported;
 
 /// All effects: those of the body first, then those of the sensor.
 pub const LIBRARY: &[&dyn WalkEffect] = &[

@@ -37,15 +37,27 @@ impl Payload {
             let arm_m = moment_kg_m / mass_kg.max(LEAST_SHARE * body.mass_kg);
             arm_m.clamp(-OVERHANG * half_m, OVERHANG * half_m)
         };
-        Load {
-            mass_kg,
-            position_m: [
-                arm_m(values[1], half_m.x),
-                arm_m(values[2], half_m.y),
-                half_m.z + LOAD_HEIGHT_M,
-            ],
-        }
+        let place_m = [arm_m(values[1], half_m.x), arm_m(values[2], half_m.y)];
+        on_deck(mass_kg, place_m, model)
     }
+}
+
+/// A load that stands on the body with its centre at this x and y.
+pub(super) fn on_deck(mass_kg: f64, [x_m, y_m]: [f64; 2], model: &WalkModel) -> Load {
+    let deck_m = model.robot.body().size_m.z / 2.0;
+    Load {
+        mass_kg,
+        position_m: [x_m, y_m, deck_m + LOAD_HEIGHT_M],
+    }
+}
+
+/// Lets the robot carry this as well.
+pub(super) fn add(load: Load, model: &mut WalkModel) {
+    model.simulation.payload = match model.simulation.payload {
+        Some(described) if load.mass_kg > 0.0 => Some(together(&described, &load)),
+        None if load.mass_kg > 0.0 => Some(load),
+        described => described,
+    };
 }
 
 /// Both loads as one.
@@ -105,12 +117,7 @@ impl WalkEffect for Payload {
     }
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
-        let added = Self::load(values, model);
-        model.simulation.payload = match model.simulation.payload {
-            Some(described) if added.mass_kg > 0.0 => Some(together(&described, &added)),
-            None if added.mass_kg > 0.0 => Some(added),
-            described => described,
-        };
+        add(Self::load(values, model), model);
     }
 
     fn replaces(&self, _: Place) -> Vec<Nuisance> {

@@ -1,19 +1,20 @@
 //! The mass of a part that several links are rigidly joined to.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
-use rapier3d::prelude::*;
 
 use crate::robot::{Link, rotation_about};
 
-/// Mass, centre of mass and inertia about it of a rigid part, in its own frame.
-pub(crate) struct RigidMass {
+/// Mass, centre of mass and inertia of a rigid part, in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidMass {
     mass_kg: f64,
     center_m: Vector3<f64>,
     inertia_kg_m2: Matrix3<f64>,
 }
 
 impl RigidMass {
-    pub(crate) fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
+    /// With its inertia about the centre of mass, along the axes of the frame.
+    pub fn new(mass_kg: f64, center_m: Vector3<f64>, inertia_kg_m2: Matrix3<f64>) -> Self {
         Self {
             mass_kg,
             center_m,
@@ -21,7 +22,7 @@ impl RigidMass {
         }
     }
 
-    pub(super) fn of_link(link: &Link) -> Self {
+    pub(crate) fn of_link(link: &Link) -> Self {
         Self::new(
             link.mass_kg,
             Vector3::new(link.center_of_mass_m, 0.0, 0.0),
@@ -29,20 +30,35 @@ impl RigidMass {
         )
     }
 
+    /// Its mass.
+    pub fn mass_kg(&self) -> f64 {
+        self.mass_kg
+    }
+
+    /// Its centre of mass.
+    pub fn center_m(&self) -> Point3<f64> {
+        self.center_m.into()
+    }
+
+    /// Its inertia about the centre of mass, along the axes of the frame.
+    pub fn inertia_kg_m2(&self) -> &Matrix3<f64> {
+        &self.inertia_kg_m2
+    }
+
     /// Adds `links` rigidly, each at its locked angle, the first one's joint at
     /// `frame`.
-    pub(super) fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
+    pub(crate) fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
         let mut joint = frame;
         for link in links {
             let rotation = rotation_about(&link.joint.direction(), link.locked_rad);
             joint.rotation *= rotation;
             self.attach(&Self::of_link(link), &joint);
-            joint *= outer_end(link);
+            joint *= link.outer_end();
         }
     }
 
-    /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem).
-    pub(super) fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
+    /// Adds `other`, whose frame sits at `frame` (parallel-axis theorem). One of both has a mass.
+    pub fn attach(&mut self, other: &Self, frame: &Isometry3<f64>) {
         let other_center = (frame * Point3::from(other.center_m)).coords;
         let turn = frame.rotation.to_rotation_matrix();
         let other_inertia = turn * other.inertia_kg_m2 * turn.transpose();
@@ -55,24 +71,9 @@ impl RigidMass {
         self.mass_kg = mass_kg;
         self.center_m = center_m;
     }
-
-    pub(crate) fn properties(&self) -> MassProperties {
-        let center: Vector3<f32> = self.center_m.cast();
-        let inertia: Matrix3<f32> = self.inertia_kg_m2.cast();
-        MassProperties::with_inertia_matrix(
-            Vector::new(center.x, center.y, center.z),
-            self.mass_kg as f32,
-            rapier3d::math::Matrix::from_cols_array_2d(&inertia.data.0),
-        )
-    }
 }
 
 /// Inertia of a point mass at `offset`.
-fn shift(mass_kg: f64, offset: Vector3<f64>) -> Matrix3<f64> {
+pub(crate) fn shift(mass_kg: f64, offset: Vector3<f64>) -> Matrix3<f64> {
     (Matrix3::identity() * offset.norm_squared() - offset * offset.transpose()) * mass_kg
-}
-
-/// From a link's joint to its outer end, where the next one hangs.
-pub(super) fn outer_end(link: &Link) -> Isometry3<f64> {
-    Isometry3::translation(link.length_m, 0.0, 0.0)
 }
