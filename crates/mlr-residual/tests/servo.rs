@@ -60,6 +60,7 @@ fn recorded(bench: &Bench, amplitude_rad: f64) -> ServoRecording {
         motor_on: times_s.iter().map(|t| *t < 2.2).collect(),
         supply_v: Vec::new(),
         p_gain: Vec::new(),
+        load: Vec::new(),
         times_s,
     }
 }
