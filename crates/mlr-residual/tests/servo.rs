@@ -60,6 +60,7 @@ fn recorded(bench: &Bench, amplitude_rad: f64) -> ServoRecording {
         motor_on: times_s.iter().map(|t| *t < 2.2).collect(),
         supply_v: Vec::new(),
         p_gain: Vec::new(),
+        load: Vec::new(),
         times_s,
     }
 }
@@ -126,6 +127,52 @@ fn friction_and_rotor_are_found_with_their_sizes_and_predict_what_was_not_fitted
         unseen.before_deg > 2.0 && unseen.after_deg < 0.3,
         "{unseen:?}"
     );
+}
+
+/// The effort of its controller, in pulse widths as the servo reports them.
+fn with_load(mut recording: ServoRecording, servo: &Servo) -> ServoRecording {
+    let pairs = recording.goals_rad.iter().zip(&recording.positions_rad);
+    let loads = pairs.map(|(goal, angle)| (LARGEST_LOAD * servo.effort(goal - angle)).round());
+    recording.load = loads.collect();
+    recording
+}
+
+const LARGEST_LOAD: f64 = 885.0;
+
+#[test]
+fn the_effort_that_a_servo_reports_tells_its_gain_from_a_motor_that_saturates() {
+    let (gain, saturation) = (0.5, 0.6);
+    let mut truth = described();
+    truth.servo.stiffness_nm_per_rad *= gain * (1.0 + saturation);
+    truth.servo.drive.torque_saturation = saturation;
+    let recording = with_load(recorded(&truth, 0.9), &truth.servo);
+    let settings = ServoSettings {
+        effects: Some(
+            ["position_gain", "torque_saturation"]
+                .map(String::from)
+                .into(),
+        ),
+        without: Vec::new(),
+    };
+    let fitted = |largest_load: Option<f64>| {
+        let mut bench = described();
+        bench.reference.load = largest_load;
+        let recordings = [recording.clone()];
+        explain_servo(&ServoModel::new(bench), &recordings, &[], &settings, &()).unwrap()
+    };
+    let value = |found: &ServoExplanation, kind: &str, name: &str| {
+        let effect = found.effects.iter().find(|one| one.kind == kind).unwrap();
+        let [low, high] = effect.interval_95[name];
+        (effect.parameters[name], high - low)
+    };
+    let told = fitted(Some(LARGEST_LOAD));
+    let (found, width) = value(&told, "position_gain", "gain");
+    assert!((found / gain - 1.0).abs() < 0.01, "{found}");
+    let (found, _) = value(&told, "torque_saturation", "saturation");
+    assert!((found / saturation - 1.0).abs() < 0.2, "{found}");
+    // Control: the motion alone tells it far less surely.
+    let (_, guessed) = value(&fitted(None), "position_gain", "gain");
+    assert!(guessed > 3.0 * width, "{guessed} {width}");
 }
 
 #[test]

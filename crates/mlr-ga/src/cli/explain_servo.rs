@@ -31,7 +31,7 @@ pub(super) struct ExplainServoOptions {
     /// The bench, in TOML: the arm, and the servo as its data sheet has it.
     bench: PathBuf,
     /// Recordings that effects are chosen and fitted on: .csv or .csv.gz with the columns t_s, goal_rad
-    /// and position_rad, and torque_enabled, volts and p_gain where they are known.
+    /// and position_rad, and torque_enabled, volts, p_gain and load where they are known.
     #[arg(value_name = "RECORDING", required = true)]
     recordings: Vec<PathBuf>,
     /// A recording that only the error before and after is measured on; may be repeated.

@@ -25,8 +25,8 @@ fn median(mut errors: Vec<f64>) -> f64 {
 }
 
 /// Motor, rotor and the friction of gears: no search, for time.
-const KINDS: &str =
-    "motor_torque,position_gain,back_emf,armature,viscous_friction,load_friction,gravity_offset";
+const KINDS: &str = "motor_torque,position_gain,torque_saturation,armature,viscous_friction,\
+    load_friction,stribeck_friction,gravity_offset";
 
 #[test]
 fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
@@ -60,21 +60,21 @@ fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
         ),
         (4, 8)
     );
-    for (fitted, most_deg) in [(true, 2.4), (false, 4.2)] {
+    for (fitted, most_deg) in [(true, 2.0), (false, 3.5)] {
         let (before, after) = (errors(fitted, "before_deg"), errors(fitted, "after_deg"));
         assert!(median(before) > 10.0);
         let after = median(after);
         assert!(after < most_deg, "fitted {fitted}: {after}°");
     }
-    // The data sheet's law of the gain is off by more than a third, and the gears have friction.
+    // The controller makes half of the effort that the data sheet says, and the gears have friction.
     let value = |kind: &str, name: &str| {
         let effects = found["effects"].as_array().unwrap();
         let effect = effects.iter().find(|one| one["kind"] == kind).unwrap();
         effect["parameters"][name].as_f64().unwrap()
     };
     let gain = value("position_gain", "gain");
-    assert!((0.5..0.85).contains(&gain), "{gain}");
-    assert!(value("load_friction", "coefficient") > 0.1);
+    assert!((gain / 0.4957 - 1.0).abs() < 0.01, "{gain}");
+    assert!(value("load_friction", "coefficient") > 0.05);
 
     // What it writes is the servo of a robot description.
     let written = fs::read_to_string(&section).unwrap();
@@ -84,7 +84,7 @@ fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
     let robot = format!("{head}{written}\n[links.coxa]{tail}");
     let servo = *mlr_model::Robot::from_toml(&robot).unwrap().servo();
     assert!(
-        servo.drive.back_emf && servo.drive.armature_kg_m2 > 5e-4,
+        servo.drive.torque_saturation > 0.3 && servo.drive.armature_kg_m2 > 5e-4,
         "{servo:?}"
     );
     assert!(

@@ -51,6 +51,9 @@ pub struct Reference {
     pub p_gain: Option<f64>,
     /// Supply voltage; none where it is not recorded.
     pub supply_v: Option<f64>,
+    /// What the servo reports as its load where its controller makes its largest effort, as 885 of its
+    /// pulse width; none where that is not known.
+    pub load: Option<f64>,
 }
 
 impl Bench {
@@ -88,6 +91,7 @@ impl Bench {
         for (name, value) in [
             ("reference.p_gain", self.reference.p_gain),
             ("reference.supply_v", self.reference.supply_v),
+            ("reference.load", self.reference.load),
         ] {
             if let Some(value) = value {
                 check(name, value, 1e-6..=1e6, "")?;

@@ -29,6 +29,17 @@ pub struct Command {
     pub torque: f64,
 }
 
+impl Command {
+    /// A servo with the gain and the supply of this command.
+    pub fn servo(&self, servo: &Servo) -> Servo {
+        Servo {
+            stiffness_nm_per_rad: servo.stiffness_nm_per_rad * self.stiffness * self.torque,
+            torque_limit_nm: servo.torque_limit_nm * self.torque,
+            ..*servo
+        }
+    }
+}
+
 /// A pendulum on its servo, let go at rest.
 pub struct Swing<'a> {
     bench: &'a Bench,
@@ -138,7 +149,7 @@ impl<'a> Swing<'a> {
             if let Some(link) = multibody.link_mut(1) {
                 let friction_nm = match command {
                     Some(command) if motor_on => {
-                        let servo = scaled(&self.bench.servo, &command);
+                        let servo = command.servo(&self.bench.servo);
                         let step_s = self.time_step_s;
                         let goal_rad = command.goal_rad;
                         self.servo.drive(
@@ -158,15 +169,6 @@ impl<'a> Swing<'a> {
             }
         }
         self.physics.step(&(GRAVITY_MPS2 * Vector3::z()));
-    }
-}
-
-/// The servo with the gain and the supply of a command.
-fn scaled(servo: &Servo, command: &Command) -> Servo {
-    Servo {
-        stiffness_nm_per_rad: servo.stiffness_nm_per_rad * command.stiffness * command.torque,
-        torque_limit_nm: servo.torque_limit_nm * command.torque,
-        ..*servo
     }
 }
 

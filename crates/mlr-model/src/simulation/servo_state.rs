@@ -57,24 +57,18 @@ impl ServoState {
         let angle_rad = f64::from(link.joint.coords()[HINGE_AXIS]);
         let speed_rad_per_s = f64::from(joint_speed_rad_per_s);
         let error_rad = self.set_point_rad - angle_rad;
-        let stiffness = servo.stiffness_nm_per_rad;
-        let (spring_nm, stiffness) = if servo.drive.back_emf || servo.drive.has_gap() {
-            let (spring_nm, elastic) = servo.spring_nm(error_rad);
-            (spring_nm, if elastic { stiffness } else { LIMP })
-        } else {
-            let damping_nm = servo.damping_nm_s_per_rad * speed_rad_per_s;
-            let wanted_nm = stiffness * error_rad - damping_nm;
-            let limit_nm = servo.torque_limit_nm;
-            (wanted_nm.clamp(-limit_nm, limit_nm) + damping_nm, stiffness)
-        };
-        self.torque_nm = spring_nm - servo.damping_nm_s_per_rad * speed_rad_per_s;
+        let (motor_nm, growth) = servo.motor(error_rad, speed_rad_per_s);
+        self.torque_nm = motor_nm;
+        // The joint's own damping takes off what is added here.
+        let spring_nm = motor_nm + servo.damping_nm_s_per_rad * speed_rad_per_s;
+        let stiffness = if growth > 0.0 { growth } else { LIMP };
         let rest_rad = angle_rad + spring_nm / stiffness;
         link.joint
             .set_spring(HINGE_AXIS, stiffness as f32, rest_rad as f32);
         let load_nm = load_nm.unwrap_or(-spring_nm);
         servo
             .drive
-            .dry_friction_nm(speed_rad_per_s, spring_nm, load_nm)
+            .dry_friction_nm(speed_rad_per_s, motor_nm, load_nm)
     }
 
     /// Lets go of the joint: the motor has no current. Returns the most that dry friction may hold

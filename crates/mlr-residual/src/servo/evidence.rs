@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::{ServoRecording, hypothesis::Hypothesis};
+use super::hypothesis::Hypothesis;
 use crate::{
     laplace::{self, ln_volume},
     servo_effects::ServoEffect,
@@ -16,7 +16,7 @@ use crate::{
 /// of the twelve recordings of `data/real/servo-xl330`, 0.16 to 8.9 s. Errors this far apart count as
 /// independent.
 const ERRORS_ALIKE_S: f64 = 0.65;
-/// Prior probability that a servo has an effect: three of the library's seventeen. Assumed.
+/// Prior probability that a servo has an effect: four of the library's nineteen. Assumed.
 const PRESENT: f64 = 0.2;
 /// Gain of the logarithm of the posterior density below which a fit has converged.
 const CONVERGED: f64 = 0.05;
@@ -41,45 +41,57 @@ fn ln_prior(hypothesis: &Hypothesis<'_>) -> f64 {
     hypothesis.effects.len() as f64 * each + hypothesis.ln_truncation()
 }
 
-/// Samples of each recording, where they stand in a residual.
-struct Recordings(Vec<Part>);
+/// The angles of each recording and its controller's effort, where they stand in a residual.
+struct Signals(Vec<Signal>);
 
-struct Part {
+struct Signal {
     samples: Range<usize>,
     /// Errors that are independent of each other.
     independent: f64,
-    /// Mean square that the encoder alone leaves, rad².
+    /// Mean square that the resolution alone leaves.
     floor: f64,
+    is_angle: bool,
 }
 
-impl Recordings {
-    fn new(recordings: &[ServoRecording]) -> Self {
+impl Signals {
+    fn of(hypothesis: &Hypothesis<'_>) -> Self {
         let mut next = 0;
-        let part = |recording: &ServoRecording| {
-            let samples = next..next + recording.times_s.len();
-            next = samples.end;
-            Part {
-                samples,
-                independent: recording.duration_s() / ERRORS_ALIKE_S,
+        let mut signal = |samples: usize, seconds: f64, resolution: f64, is_angle: bool| {
+            next += samples;
+            Signal {
+                samples: next - samples..next,
+                independent: seconds / ERRORS_ALIKE_S,
                 // Of a number that is rounded to steps, uniform over one.
-                floor: recording.resolution_rad().powi(2) / 12.0,
+                floor: resolution.powi(2) / 12.0,
+                is_angle,
             }
         };
-        Self(recordings.iter().map(part).collect())
+        let described = hypothesis.described();
+        let mut signals = Vec::new();
+        for recording in hypothesis.recordings() {
+            let (samples, seconds) = (recording.times_s.len(), recording.duration_s());
+            signals.push(signal(samples, seconds, recording.resolution_rad(), true));
+            let efforts = described.effort_errors(recording).len();
+            if let Some(largest) = described.bench.reference.load.filter(|_| efforts > 0) {
+                let powered_s = seconds * efforts as f64 / samples as f64;
+                signals.push(signal(efforts, powered_s, 1.0 / largest, false));
+            }
+        }
+        Self(signals)
     }
 
     fn mean_squares<'s>(&'s self, residual: &'s DVector<f64>) -> impl Iterator<Item = f64> + 's {
-        self.0.iter().map(|part| {
-            let errors = residual.rows_range(part.samples.clone());
-            errors.norm_squared() / errors.len().max(1) as f64 + part.floor
+        self.0.iter().map(|signal| {
+            let errors = residual.rows_range(signal.samples.clone());
+            errors.norm_squared() / errors.len().max(1) as f64 + signal.floor
         })
     }
 
-    /// Logarithm of the likelihood, up to a constant: errors of each recording are normal with a scale
+    /// Logarithm of the likelihood, up to a constant: errors of each signal are normal with a scale
     /// of its own that is not known, each order of magnitude as probable as another.
     fn ln_likelihood(&self, residual: &DVector<f64>) -> f64 {
         let each = self.0.iter().zip(self.mean_squares(residual));
-        each.map(|(part, mean_square)| -0.5 * part.independent * mean_square.ln())
+        each.map(|(signal, mean_square)| -0.5 * signal.independent * mean_square.ln())
             .sum()
     }
 
@@ -87,10 +99,10 @@ impl Recordings {
     /// errors.
     fn precisions(&self, residual: &DVector<f64>) -> DVector<f64> {
         let mut precisions = DVector::zeros(residual.len());
-        for (part, mean_square) in self.0.iter().zip(self.mean_squares(residual)) {
-            let share = part.independent / part.samples.len() as f64;
+        for (signal, mean_square) in self.0.iter().zip(self.mean_squares(residual)) {
+            let share = signal.independent / signal.samples.len() as f64;
             precisions
-                .rows_range_mut(part.samples.clone())
+                .rows_range_mut(signal.samples.clone())
                 .fill(share / mean_square);
         }
         precisions
@@ -115,7 +127,7 @@ impl<'a> Fit<'a> {
     /// Up to so many steps from these coordinates; `None` where the bench does not stay finite there.
     pub(super) fn from(hypothesis: Hypothesis<'a>, z: &DVector<f64>, steps: usize) -> Option<Self> {
         let z = hypothesis.within_bounds(z);
-        let residual = hypothesis.residual_rad(&z)?;
+        let residual = hypothesis.residual(&z)?;
         let jacobian = hypothesis.jacobian(&z, &residual, 0..z.len());
         let ln_weight = f64::NEG_INFINITY;
         let mut fit = Self {
@@ -139,17 +151,17 @@ impl<'a> Fit<'a> {
         if self.z.is_empty() {
             return false;
         }
-        let recordings = Recordings::new(self.hypothesis.recordings());
-        let (curvature, slope) = recordings.normal_equations(&self.residual, &self.jacobian);
-        let here = recordings.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
+        let signals = Signals::of(&self.hypothesis);
+        let (curvature, slope) = signals.normal_equations(&self.residual, &self.jacobian);
+        let here = signals.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
         let precision = laplace::precision(curvature);
         let tried = DAMPINGS.into_par_iter().filter_map(|damping| {
             let p = self.z.len();
             let damped = &precision + DMatrix::from_diagonal_element(p, p, damping);
             let step = damped.cholesky()?.solve(&(&slope - &self.z));
             let z = self.hypothesis.within_bounds(&(&self.z + step));
-            let residual = self.hypothesis.residual_rad(&z)?;
-            let ln_posterior = recordings.ln_likelihood(&residual) - 0.5 * z.norm_squared();
+            let residual = self.hypothesis.residual(&z)?;
+            let ln_posterior = signals.ln_likelihood(&residual) - 0.5 * z.norm_squared();
             Some((z, residual, ln_posterior))
         });
         let Some((z, residual, ln_posterior)) = tried.max_by(|a, b| a.2.total_cmp(&b.2)) else {
@@ -165,26 +177,27 @@ impl<'a> Fit<'a> {
 
     /// Laplace's approximation here.
     fn integrated(&self) -> f64 {
-        let recordings = Recordings::new(self.hypothesis.recordings());
-        let ln_posterior = recordings.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
-        let (curvature, _) = recordings.normal_equations(&self.residual, &self.jacobian);
+        let signals = Signals::of(&self.hypothesis);
+        let ln_posterior = signals.ln_likelihood(&self.residual) - 0.5 * self.z.norm_squared();
+        let (curvature, _) = signals.normal_equations(&self.residual, &self.jacobian);
         ln_posterior + ln_volume(curvature) + ln_prior(&self.hypothesis)
     }
 
     /// Median over the recordings of the root mean square error, degrees.
     pub(super) fn median_error_deg(&self) -> f64 {
-        let recordings = Recordings::new(self.hypothesis.recordings());
-        let errors = recordings.0.iter().map(|part| {
-            let of_part = self.residual.rows_range(part.samples.clone());
-            statistics::rms(of_part.as_slice()).to_degrees()
+        let signals = Signals::of(&self.hypothesis);
+        let angles = signals.0.iter().filter(|signal| signal.is_angle);
+        let errors = angles.map(|signal| {
+            let of_signal = self.residual.rows_range(signal.samples.clone());
+            statistics::rms(of_signal.as_slice()).to_degrees()
         });
         median(errors.collect())
     }
 
     /// Covariance of the coordinates.
     pub(super) fn covariance(&self) -> DMatrix<f64> {
-        let recordings = Recordings::new(self.hypothesis.recordings());
-        let (curvature, _) = recordings.normal_equations(&self.residual, &self.jacobian);
+        let signals = Signals::of(&self.hypothesis);
+        let (curvature, _) = signals.normal_equations(&self.residual, &self.jacobian);
         laplace::covariance(curvature)
     }
 
@@ -199,7 +212,7 @@ impl<'a> Fit<'a> {
         let p = self.z.len();
         let all = self.z.iter().chain(coordinates).copied();
         let z = larger.within_bounds(&DVector::from_iterator(p + coordinates.len(), all));
-        let residual = larger.residual_rad(&z)?;
+        let residual = larger.residual(&z)?;
         let own = larger.jacobian(&z, &residual, p..z.len());
         let mut jacobian = self.jacobian.clone().insert_columns(p, own.ncols(), 0.0);
         jacobian.columns_mut(p, own.ncols()).copy_from(&own);
@@ -214,7 +227,7 @@ impl<'a> Fit<'a> {
             .jacobian
             .clone()
             .remove_columns(columns.start, columns.len());
-        let residual = smaller.residual_rad(&z)?;
+        let residual = smaller.residual(&z)?;
         Promise::new(smaller, z, &residual, &jacobian)
     }
 }
@@ -241,12 +254,12 @@ impl<'a> Promise<'a> {
         residual: &DVector<f64>,
         jacobian: &DMatrix<f64>,
     ) -> Option<Self> {
-        let recordings = Recordings::new(hypothesis.recordings());
-        let (curvature, slope) = recordings.normal_equations(residual, jacobian);
+        let signals = Signals::of(&hypothesis);
+        let (curvature, slope) = signals.normal_equations(residual, jacobian);
         let precision = laplace::precision(curvature.clone());
         let step = precision.cholesky()?.solve(&(slope - &z));
         let ln = |residual: &DVector<f64>, z: &DVector<f64>| {
-            recordings.ln_likelihood(residual) - 0.5 * z.norm_squared()
+            signals.ln_likelihood(residual) - 0.5 * z.norm_squared()
         };
         let there = ln(&(residual - jacobian * &step), &(&z + step));
         // A linear model may lead nowhere: where the fit begins counts as well.

@@ -117,14 +117,14 @@ impl<'a> Hypothesis<'a> {
         model
     }
 
-    /// Reported less predicted angle of every sample of all recordings in a row, rad; `None` where a
-    /// simulation does not stay finite.
-    pub(super) fn residual_rad(&self, z: &DVector<f64>) -> Option<DVector<f64>> {
+    /// Of each recording in a row: reported less predicted angle of every sample, rad, then the
+    /// controller's effort where it is told. `None` where a simulation does not stay finite.
+    pub(super) fn residual(&self, z: &DVector<f64>) -> Option<DVector<f64>> {
         let model = self.model(z);
         let each: Option<Vec<Vec<f64>>> = self
             .recordings
             .par_iter()
-            .map(|recording| residual_rad(&model, recording))
+            .map(|recording| residual(&model, recording))
             .collect();
         Some(DVector::from_vec(each?.concat()))
     }
@@ -145,7 +145,7 @@ impl<'a> Hypothesis<'a> {
                 (step != 0.0).then_some((moved, step))
             };
             let (moved, step) = tried(SLOPE_STEP).or_else(|| tried(-SLOPE_STEP))?;
-            Some((residual - self.residual_rad(&moved)?) / step)
+            Some((residual - self.residual(&moved)?) / step)
         };
         let columns: Vec<DVector<f64>> = coordinates
             .into_par_iter()
@@ -158,13 +158,10 @@ impl<'a> Hypothesis<'a> {
     }
 }
 
-/// Reported less predicted angle of every sample, rad.
-fn residual_rad(model: &ServoModel, recording: &ServoRecording) -> Option<Vec<f64>> {
+/// Reported less predicted angle of every sample, rad, and effort where it is told.
+fn residual(model: &ServoModel, recording: &ServoRecording) -> Option<Vec<f64>> {
     let predicted = model.predicted_rad(recording)?;
     let pairs = recording.positions_rad.iter().zip(predicted);
-    Some(
-        pairs
-            .map(|(reported, predicted)| reported - predicted)
-            .collect(),
-    )
+    let angles = pairs.map(|(reported, predicted)| reported - predicted);
+    Some(angles.chain(model.effort_errors(recording)).collect())
 }

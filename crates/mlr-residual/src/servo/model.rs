@@ -67,6 +67,28 @@ impl ServoModel {
         Some(recording.times_s.iter().map(at).collect())
     }
 
+    /// Reported less predicted effort of the controller, over its largest, at each sample with current;
+    /// nothing where recording and bench do not tell. The prediction takes the reported angle.
+    pub(super) fn effort_errors(&self, recording: &ServoRecording) -> Vec<f64> {
+        let Some(largest) = self.bench.reference.load else {
+            return Vec::new();
+        };
+        let commands = self.commands(recording);
+        let latency_s = self.bench.servo.latency_s;
+        let error = |(sample, load): (usize, &f64)| {
+            let time_s = commands[sample].time_s - latency_s;
+            let later = commands.partition_point(|one| one.time_s <= time_s);
+            let command = &commands[later.saturating_sub(1)];
+            let servo = command.servo(&self.bench.servo);
+            load / largest - servo.effort(command.goal_rad - recording.positions_rad[sample])
+        };
+        let loads = recording.load.iter().enumerate();
+        loads
+            .filter(|(sample, _)| recording.motor_on[*sample])
+            .map(error)
+            .collect()
+    }
+
     fn commands(&self, recording: &ServoRecording) -> Vec<Command> {
         let reference = self.bench.reference;
         let over = |values: &[f64], sample: usize, reference: Option<f64>| {

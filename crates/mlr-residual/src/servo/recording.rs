@@ -29,6 +29,8 @@ pub struct ServoRecording {
     pub supply_v: Vec<f64>,
     /// Value of its gain register; empty where it was not recorded.
     pub p_gain: Vec<f64>,
+    /// The effort that it says its controller makes, in its own unit; empty where it was not recorded.
+    pub load: Vec<f64>,
 }
 
 /// Why a recording has no answer.
@@ -85,17 +87,17 @@ impl ServoError {
 
 impl ServoRecording {
     /// Reads `t_s`, `goal_rad` and `position_rad`, and where they are there `torque_enabled` (0 where
-    /// the motor has no current), `volts` and `p_gain`. Other columns are ignored.
+    /// the motor has no current), `volts`, `p_gain` and `load`. Other columns are ignored.
     ///
     /// # Errors
     /// [`LogProblem`] naming line and column.
     pub fn from_table(name: String, table: LogTable<impl Read>) -> Result<Self, LogProblem> {
-        let optional = ["torque_enabled", "volts", "p_gain"].map(|column| {
+        let optional = ["torque_enabled", "volts", "p_gain", "load"].map(|column| {
             let there = table.names().iter().any(|name| name == column);
             there.then(|| table.find(column)).transpose()
         });
-        let [on, volts, gain] = optional;
-        let optional = [on?, volts?, gain?];
+        let [on, volts, gain, load] = optional;
+        let optional = [on?, volts?, gain?, load?];
         let mut wanted = vec![
             LogColumn::of_times(table.find("t_s")?, 1.0),
             LogColumn::of_numbers(table.find("goal_rad")?, 1.0),
@@ -106,7 +108,7 @@ impl ServoRecording {
         let mut columns = table.read(&wanted)?.columns.into_iter();
         let mut next = || columns.next().unwrap_or_default();
         let (times_s, goals_rad, positions_rad) = (next(), next(), next());
-        let [on, supply_v, p_gain] = optional.map(|there| there.map(|_| next()));
+        let [on, supply_v, p_gain, load] = optional.map(|there| there.map(|_| next()));
         let motor_on = match on {
             Some(on) => on.into_iter().map(|on| on != 0.0).collect(),
             None => vec![true; times_s.len()],
@@ -119,6 +121,7 @@ impl ServoRecording {
             motor_on,
             supply_v: supply_v.unwrap_or_default(),
             p_gain: p_gain.unwrap_or_default(),
+            load: load.unwrap_or_default(),
         })
     }
 
@@ -193,6 +196,7 @@ mod tests {
             motor_on: vec![true; times_s.len()],
             supply_v: Vec::new(),
             p_gain: Vec::new(),
+            load: Vec::new(),
             times_s,
         }
     }
@@ -202,9 +206,11 @@ mod tests {
         let plain = read("position_rad,t_s,goal_rad\n0.1,0,0.2\n0.2,0.01,0.3\n").unwrap();
         assert_eq!(plain.positions_rad, [0.1, 0.2]);
         assert_eq!(plain.motor_on, [true, true]);
-        assert!(plain.supply_v.is_empty() && plain.p_gain.is_empty());
-        let full = read("t_s,goal_rad,position_rad,volts,torque_enabled\n0,0,0,7.4,0\n").unwrap();
+        assert!(plain.supply_v.is_empty() && plain.p_gain.is_empty() && plain.load.is_empty());
+        let full = read("t_s,goal_rad,position_rad,load,volts,torque_enabled\n0,0,0,-9,7.4,0\n");
+        let full = full.unwrap();
         assert_eq!((full.supply_v, full.motor_on), (vec![7.4], vec![false]));
+        assert_eq!(full.load, [-9.0]);
         let error = read("t_s,goal_rad\n0,0\n").unwrap_err().to_string();
         assert!(error.contains("position_rad"), "{error}");
     }

@@ -15,9 +15,11 @@ mod load_friction;
 mod motor_torque;
 mod position_gain;
 mod quadratic_friction;
+mod quadratic_gears;
 mod stribeck_friction;
 mod stribeck_load;
 mod supply_voltage;
+mod torque_saturation;
 mod viscous_friction;
 
 pub use crate::EffectParameter;
@@ -27,6 +29,7 @@ pub use effect::ServoEffect;
 pub const LIBRARY: &[&dyn ServoEffect] = &[
     &motor_torque::MotorTorque,
     &position_gain::PositionGain,
+    &torque_saturation::TorqueSaturation,
     &back_emf::BackEmf,
     &armature::Armature,
     &viscous_friction::ViscousFriction,
@@ -35,6 +38,7 @@ pub const LIBRARY: &[&dyn ServoEffect] = &[
     &stribeck_friction::StribeckFriction,
     &load_friction::LoadFriction,
     &driven_friction::DrivenFriction,
+    &quadratic_gears::QuadraticGears,
     &stribeck_load::StribeckLoad,
     &backlash::Backlash,
     &dead_band::DeadBand,
