@@ -54,6 +54,7 @@ mod objective;
 mod paper_cost;
 mod probe;
 mod recording;
+mod recover;
 pub mod scoring;
 pub mod walks;
 
@@ -84,6 +85,7 @@ pub use probe::{
     CalibrationMotion, ProbeError, ProbeReport, ProbeSettings, ReportedParameter, ReportedSegment,
     Segment, calibration_motion,
 };
+pub use recover::{Diagnosis, NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, recovery_gait};
 
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};

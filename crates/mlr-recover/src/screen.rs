@@ -1,0 +1,131 @@
+//! The quasi-static screen: every order in which legs can swing, with the stances and the sway that
+//! keep the centre of mass over the feet.
+
+use rand::{Rng, RngExt as _};
+use rayon::prelude::*;
+
+use crate::{
+    gait_plan::GaitPlan,
+    random::{self, standard_normal},
+    statics::{Standing, Statics},
+    swing_order::SwingOrder,
+};
+
+/// A plan with its statics.
+#[derive(Debug, Clone)]
+pub(crate) struct Screened {
+    pub(crate) plan: GaitPlan,
+    pub(crate) standing: Standing,
+}
+
+/// Time of a slot of the cycle.
+const SLOT_S: f64 = 0.4;
+/// Steps of the search for each order, and for those that are looked at more closely.
+const STEPS: usize = 250;
+const MORE_STEPS: usize = 1200;
+/// So many orders are.
+const CLOSER: usize = 24;
+/// More margin than this is worth nothing.
+const ENOUGH_M: f64 = 0.04;
+/// What a metre of a foot off its nominal place, or of sway, costs in margin.
+const DEVIATION_COST: f64 = 0.04;
+/// Margin at which half of the plans walk, and by how much more most do. Only ranks plans.
+const HALF_M: f64 = 0.012;
+const WIDTH_M: f64 = 0.004;
+
+/// The most promising plan of each order at each of some speeds, best first.
+///
+/// `nominal` gives everything but order, duration and speed.
+pub(crate) fn screen(
+    statics: &Statics,
+    nominal: &GaitPlan,
+    orders: &[SwingOrder],
+    speeds_m_per_s: &[f64],
+    generator: &mut impl Rng,
+) -> Vec<Screened> {
+    let starts: Vec<(GaitPlan, u64)> = orders
+        .iter()
+        .flat_map(|order| speeds_m_per_s.iter().map(move |speed| (order, *speed)))
+        .map(|(order, speed_m_per_s)| {
+            let period_s = SLOT_S * order.len() as f64;
+            let plan = GaitPlan {
+                order: order.clone(),
+                period_s,
+                advance_m: speed_m_per_s * period_s,
+                ..nominal.clone()
+            };
+            (plan, generator.random())
+        })
+        .collect();
+    let looked_at = |(plan, seed): (GaitPlan, u64), steps: usize| {
+        let plan = steadied(statics, nominal, plan, steps, seed);
+        let standing = statics.assess(&plan);
+        Screened { plan, standing }
+    };
+    let mut screened: Vec<Screened> = starts
+        .into_par_iter()
+        .map(|start| looked_at(start, STEPS))
+        .collect();
+    sort(&mut screened);
+    screened.truncate(CLOSER);
+    let seeds: Vec<u64> = screened.iter().map(|_| generator.random()).collect();
+    let mut closer: Vec<Screened> = screened
+        .into_par_iter()
+        .zip(seeds)
+        .map(|(one, seed)| looked_at((one.plan, seed), MORE_STEPS))
+        .collect();
+    sort(&mut closer);
+    closer
+}
+
+fn sort(screened: &mut [Screened]) {
+    screened.sort_by(|a, b| b.promise().total_cmp(&a.promise()));
+}
+
+impl Screened {
+    /// How fast it probably walks, m/s; only its order means anything.
+    pub(crate) fn promise(&self) -> f64 {
+        let Standing { margin_m, amiss } = self.standing;
+        let stands = 1.0 / (1.0 + libm::exp(-(margin_m - HALF_M) / WIDTH_M));
+        self.plan.speed_m_per_s() * stands * libm::exp(-100.0 * amiss)
+    }
+}
+
+/// The plan with stances and sway that have the greatest margin, by a (1 + 1) evolution strategy with
+/// the one-fifth rule (Rechenberg 1973).
+fn steadied(
+    statics: &Statics,
+    nominal: &GaitPlan,
+    mut plan: GaitPlan,
+    steps: usize,
+    seed: u64,
+) -> GaitPlan {
+    let mut generator = random::seeded(seed);
+    let dimension = plan.dimension();
+    let mut size = 1.0;
+    let mut best = score(statics, nominal, &plan);
+    for _ in 0..steps {
+        let moves: Vec<f64> = (0..dimension)
+            .map(|_| size * standard_normal(&mut generator))
+            .collect();
+        let tried = plan.moved_in_place(&moves);
+        let score = score(statics, nominal, &tried);
+        if score > best {
+            (plan, best) = (tried, score);
+            size = f64::min(size * 1.5, 3.0);
+        } else {
+            size = f64::max(size * 0.9, 0.02);
+        }
+    }
+    plan
+}
+
+fn score(statics: &Statics, nominal: &GaitPlan, plan: &GaitPlan) -> f64 {
+    let Standing { margin_m, amiss } = statics.assess(plan);
+    let moved = plan.stance_m.iter().flatten();
+    let moved = moved.zip(nominal.stance_m.iter().flatten());
+    let moved_sq: f64 = moved.map(|(a, b)| (a - b) * (a - b)).sum();
+    let sway_sq: f64 = plan.sway_m.iter().flatten().map(|a| a * a).sum();
+    let cost = DEVIATION_COST * libm::sqrt(moved_sq + sway_sq);
+    margin_m.min(ENOUGH_M) - cost - amiss
+}
