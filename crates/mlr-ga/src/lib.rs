@@ -85,7 +85,9 @@ pub use probe::{
     CalibrationMotion, ProbeError, ProbeReport, ProbeSettings, ReportedParameter, ReportedSegment,
     Segment, calibration_motion,
 };
-pub use recover::{Diagnosis, NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, recovery_gait};
+pub use recover::{
+    Diagnosis, NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, recovery_gait,
+};
 
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};

@@ -36,7 +36,12 @@ impl Diagnosis {
             (left, probability)
         };
         let mut cases: Vec<_> = std::iter::once(best).chain(others).map(with).collect();
-        if cases.iter().map(|(_, probability)| probability).sum::<f64>() <= 0.0 {
+        if cases
+            .iter()
+            .map(|(_, probability)| probability)
+            .sum::<f64>()
+            <= 0.0
+        {
             cases.truncate(1);
             cases[0].1 = 1.0;
         }

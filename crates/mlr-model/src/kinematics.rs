@@ -33,7 +33,10 @@ pub fn mass_moment(leg: &Leg, angles_rad: &[f64]) -> (f64, Vector3<f64>) {
     links.fold((0.0, Vector3::zeros()), |(mass_kg, moment), (link, tip)| {
         let back_m = link.center_of_mass_m - link.length_m;
         let center = tip * Point3::new(back_m, 0.0, 0.0);
-        (mass_kg + link.mass_kg, moment + link.mass_kg * center.coords)
+        (
+            mass_kg + link.mass_kg,
+            moment + link.mass_kg * center.coords,
+        )
     })
 }
 

@@ -6,9 +6,10 @@ use crate::walking::Walking;
 
 /// The speed that can be counted on:
 ///
-/// `J = mean over robots of  v · P(fluctuation < threshold) · P(drift < bound) · (1 − s)`
+/// `J = s(m) · mean over robots of  v · P(fluctuation < threshold) · P(drift < bound) · (1 − τ)`
 ///
-/// with speed v and saturated share s of the model's walk. A real robot's fluctuation and drift are the
+/// with speed v and saturated share τ of the model's walk, and the share s of the static stability
+/// margin m in what is enough. A real robot's fluctuation and drift are the
 /// model's times a factor whose logarithm has a logistic distribution, so that
 /// `P(x < bound) = 1 / (1 + (x/bound)^(1/scale))`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,10 +17,14 @@ pub(crate) struct Criterion {
     pub(crate) detector: DetectorSettings,
 }
 
+/// Margin that is enough: four standard deviations of the centre of mass of robots of one make.
+const ENOUGH_M: f64 = 0.010;
+/// What is left of the score where nothing is statically stable: a limp is still better or worse.
+const LIMP: f64 = 0.05;
 /// Scale of the logarithm of a real robot's fluctuation over its model's.
 const FLUCTUATION_SCALE: f64 = 1.0 / 6.0;
 /// The same of drifts, and the bound that they should keep.
-const DRIFT_SCALE: f64 = 0.5;
+const DRIFT_SCALE: f64 = 0.3;
 const DRIFT_DEG_PER_M: f64 = 3.0;
 
 impl Criterion {
@@ -30,13 +35,14 @@ impl Criterion {
     }
 
     /// J; `None` of a robot stands for a walk that diverges.
-    pub(crate) fn score(&self, walks: &[Option<Walking>]) -> f64 {
+    pub(crate) fn score(&self, margin_m: f64, walks: &[Option<Walking>]) -> f64 {
+        let stable = (margin_m / ENOUGH_M).clamp(LIMP, 1.0);
         let each = walks.iter().flatten().map(|walking| {
             let straight = below(walking.drift_deg_per_m.abs(), DRIFT_DEG_PER_M, DRIFT_SCALE);
             let unsaturated = 1.0 - walking.saturated;
             walking.speed_m_per_s * self.calm_probability(walking) * straight * unsaturated
         });
-        each.sum::<f64>() / walks.len().max(1) as f64
+        stable * each.sum::<f64>() / walks.len().max(1) as f64
     }
 }
 
@@ -65,7 +71,7 @@ mod tests {
         let criterion = Criterion {
             detector: DetectorSettings::default(),
         };
-        let score = |one: Walking| criterion.score(&[Some(one)]);
+        let score = |one: Walking| criterion.score(0.02, &[Some(one)]);
         assert!((score(walking(0.0)) - 0.1).abs() < 1e-12);
         // At the threshold it is as likely below as above.
         assert!((score(walking(5.0)) - 0.05).abs() < 1e-12);
@@ -76,7 +82,11 @@ mod tests {
         };
         assert!((score(turning) - 0.05).abs() < 1e-12);
         // One robot of two that diverges halves it.
-        let half = criterion.score(&[Some(walking(0.0)), None]);
+        let half = criterion.score(0.02, &[Some(walking(0.0)), None]);
         assert!((half - 0.05).abs() < 1e-12);
+        // Less margin than is enough counts in proportion, and a limp for something.
+        let with_margin = |margin_m| criterion.score(margin_m, &[Some(walking(0.0))]);
+        assert!((with_margin(0.005) - 0.05).abs() < 1e-12);
+        assert!((with_margin(-0.02) - 0.005).abs() < 1e-12);
     }
 }

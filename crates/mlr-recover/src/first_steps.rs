@@ -77,9 +77,7 @@ impl FirstSteps {
                 let after = set | (1 << index);
                 let (place_m, margin) = match near(nominal[index], targets[index]) {
                     true => (body_m, f64::INFINITY),
-                    false => {
-                        best_place(statics, &[&feet(set), &feet(after)], Some(index), body_m)
-                    }
+                    false => best_place(statics, &[&feet(set), &feet(after)], Some(index), body_m),
                 };
                 let least = so_far_m.min(margin);
                 if reached[after].is_none_or(|(known, ..)| least > known) {
@@ -90,7 +88,9 @@ impl FirstSteps {
         let mut steps = Vec::new();
         let mut set = sets - 1;
         let margin = reached[set].map_or(f64::NEG_INFINITY, |(margin, ..)| margin);
-        while let Some((_, index, body_m)) = reached[set].filter(|(_, index, _)| *index < legs.len()) {
+        while let Some((_, index, body_m)) =
+            reached[set].filter(|(_, index, _)| *index < legs.len())
+        {
             if !near(nominal[index], targets[index]) {
                 steps.push(FirstStep {
                     leg: legs[index],
@@ -161,7 +161,12 @@ fn minus(a: Ground, b: Ground) -> Ground {
 }
 
 /// Where a foot on the ground is, seen from the body.
-pub(crate) fn seen_from(body_m: Ground, at_m: Ground, height_m: f64, body_height_m: f64) -> Point3<f64> {
+pub(crate) fn seen_from(
+    body_m: Ground,
+    at_m: Ground,
+    height_m: f64,
+    body_height_m: f64,
+) -> Point3<f64> {
     let [x, y] = minus(at_m, body_m);
     Point3::new(x, y, height_m - body_height_m)
 }

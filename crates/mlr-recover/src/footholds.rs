@@ -78,7 +78,12 @@ impl Footholds {
             (at(column, row + 1)?, (1.0 - x) * y),
             (at(column + 1, row + 1)?, x * y),
         ];
-        let along = |axis: usize| corners.iter().map(|(moment, share)| share * moment[axis]).sum();
+        let along = |axis: usize| {
+            corners
+                .iter()
+                .map(|(moment, share)| share * moment[axis])
+                .sum()
+        };
         Some([along(0), along(1)])
     }
 }
@@ -103,7 +108,10 @@ mod tests {
             assert!((of_table[1] - moment.y).abs() < 1e-4 * mass_kg / 0.2);
             assert_eq!(table.mass_kg, mass_kg);
             // Beyond the leg, and beyond the table.
-            let out = [x + x.signum() * 0.12 * x.abs().min(1.0), y + y.signum() * 0.12];
+            let out = [
+                x + x.signum() * 0.12 * x.abs().min(1.0),
+                y + y.signum() * 0.12,
+            ];
             assert_eq!(table.moment(out), None);
             assert_eq!(table.moment([5.0, 0.0]), None);
         }

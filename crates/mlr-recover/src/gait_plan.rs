@@ -120,8 +120,8 @@ impl GaitPlan {
         let since_middle = since_lifted + (1.0 - swing) / 2.0;
         let (at_m, height_m) = if since_lifted < swing {
             let share = since_lifted / swing;
-            // On the ground the foot leaves and arrives at rest: a cycloid.
-            let moved = share - libm::sin(TAU * share) / TAU;
+            // On the ground the foot leaves and arrives at rest, in between no faster than it must.
+            let moved = share * share * (3.0 - 2.0 * share);
             let old = self.foothold(leg, since_middle);
             let new = self.foothold(leg, since_middle - 1.0);
             let at_m = [0, 1].map(|axis| (1.0 - moved) * old[axis] + moved * new[axis]);
@@ -205,7 +205,7 @@ impl GaitPlan {
 }
 
 /// Phases looked at within a swing.
-const SAMPLES: usize = 5;
+pub(crate) const SAMPLES: usize = 5;
 
 impl Bounded {
     fn moved(&self, value: f64, steps: f64) -> f64 {

@@ -5,13 +5,8 @@ use rand::Rng;
 use rayon::prelude::*;
 
 use crate::{
-    Progress,
-    criterion::Criterion,
-    gait_plan::GaitPlan,
-    possible_robot::PossibleRobot,
-    random::standard_normal,
-    rows::Joints,
-    walking::Walking,
+    Progress, criterion::Criterion, gait_plan::GaitPlan, possible_robot::PossibleRobot,
+    random::standard_normal, rows::Joints, walking::Walking,
 };
 
 /// Simulates plans.
@@ -35,23 +30,23 @@ pub(crate) struct Tried {
 const CYCLES: f64 = 2.0;
 /// Plans of a generation, those of them that walk on all robots, and the robots that choose them.
 const OFFSPRING: usize = 8;
-const FINALISTS: usize = 3;
+const FINALISTS: usize = 2;
 const FIRST_ROBOTS: usize = 2;
 /// A search ends after so many generations, or so many without a better plan.
-const GENERATIONS: usize = 24;
-const WITHOUT_PROGRESS: usize = 8;
+const GENERATIONS: usize = 18;
+const WITHOUT_PROGRESS: usize = 6;
 /// Share of the mean turn that is steered against at once.
 const STEERING: f64 = 0.8;
 
 impl Trial<'_> {
-    /// How each of some robots walks.
-    pub(crate) fn walks(
+    /// How each of some robots walks; `None` of a plan that joints cannot follow.
+    fn walks(
         &self,
         plan: &GaitPlan,
         robots: &[PossibleRobot],
-    ) -> Result<Vec<Option<Walking>>, ModelError> {
+    ) -> Result<Option<Vec<Option<Walking>>>, ModelError> {
         let Ok(joints) = self.joints.of_gait(plan) else {
-            return Ok(vec![None; robots.len()]);
+            return Ok(None);
         };
         let cycle_s = joints.repeat_rows().map_or(0, |rows| rows.len()) as f64 * joints.row_s();
         let gait = Gait {
@@ -66,25 +61,35 @@ impl Trial<'_> {
             let detector = self.criterion.detector;
             Ok(walked.map(|walked| Walking::of(robot, &walked, from_s, cycle_s, detector)))
         });
-        each.collect()
+        each.collect::<Result<_, _>>().map(Some)
     }
 
     /// A plan on the first of the robots.
     pub(crate) fn tried(&self, plan: GaitPlan, robots: usize) -> Result<Tried, ModelError> {
         let robots = &self.robots[..robots.min(self.robots.len())];
-        let walks = self.walks(&plan, robots)?;
+        let margin_m = self.joints.margin_m(&plan);
+        let (Ok(margin_m), Some(walks)) = (margin_m, self.walks(&plan, robots)?) else {
+            return Ok(Tried {
+                plan,
+                score: f64::NEG_INFINITY,
+                turn_rad: 0.0,
+            });
+        };
         let turns = walks.iter().flatten().map(|one| one.turn_rad_per_cycle);
         let turn_rad = turns.sum::<f64>() / walks.len().max(1) as f64;
         Ok(Tried {
             plan,
-            score: self.criterion.score(&walks),
+            score: self.criterion.score(margin_m, &walks),
             turn_rad,
         })
     }
 
     /// The best of several plans on all robots: those that walk well on a few come first.
     pub(crate) fn best_of(&self, plans: Vec<GaitPlan>) -> Result<Vec<Tried>, ModelError> {
-        let few = |plan| self.tried(plan, FIRST_ROBOTS);
+        let few = |plan: GaitPlan| {
+            let slowed = self.joints.slowed(plan.clone()).unwrap_or(plan);
+            self.tried(slowed, FIRST_ROBOTS)
+        };
         let mut first: Vec<Tried> = plans.into_par_iter().map(few).collect::<Result<_, _>>()?;
         sort(&mut first);
         first.truncate(FINALISTS);

@@ -11,9 +11,9 @@ use crate::{
     criterion::Criterion,
     first_steps::FirstSteps,
     gait_plan::GaitPlan,
-    optimise::{Trial, Tried},
+    optimise::Trial,
     possible_robot::PossibleRobot,
-    rows::Joints,
+    rows::{Joints, NotFollowed},
     screen::{Screened, screen},
     statics::Statics,
     support::Ground,
@@ -38,7 +38,7 @@ pub enum RecoverError {
     TooFewLegs(usize),
     /// No gait was found that the joints can follow.
     #[error("no gait found that the robot's joints can follow")]
-    NoGait,
+    NoGait(#[from] NotFollowed),
 }
 
 /// A gait with what is to be expected of it.
@@ -111,7 +111,8 @@ pub fn recover(
     let trial = search.trial();
     let start = trial.best_of(plans)?.into_iter().next();
     progress.advance();
-    let start: Tried = start.ok_or(RecoverError::NoGait)?;
+    let start = start.ok_or(RecoverError::TooFewLegs(0))?;
+    trial.joints.of_gait(&start.plan)?;
     let best = trial.improved(start, generator, progress)?;
     search.finished(best.plan, orders, before)
 }
@@ -146,7 +147,9 @@ impl<'a> Search<'a> {
             .enumerate()
             .map(|(leg, described)| {
                 let joints = 0..described.links.len();
-                joints.map(|joint| commands.angle_rad(leg, joint, 0.0)).collect()
+                joints
+                    .map(|joint| commands.angle_rad(leg, joint, 0.0))
+                    .collect()
             })
             .collect();
         let tips = robot.legs().iter().zip(&stance_rad);
@@ -213,10 +216,7 @@ impl<'a> Search<'a> {
     }
 
     /// Plans of all sets of legs, best first, and how many orders there were.
-    fn screened(
-        &self,
-        generator: &mut impl Rng,
-    ) -> Result<(Vec<Screened>, usize), RecoverError> {
+    fn screened(&self, generator: &mut impl Rng) -> Result<(Vec<Screened>, usize), RecoverError> {
         let mut all = Vec::new();
         let mut orders_in_all = 0;
         let speeds = SPEEDS.map(|share| share * self.nominal_speed_m_per_s);
@@ -293,10 +293,9 @@ impl<'a> Search<'a> {
     ) -> Result<Recovery, RecoverError> {
         let walking = plan.walking();
         let statics = self.statics(&walking, plan.body_height_m);
-        let margin_m = statics.assess(&plan).margin_m;
+        let margin_m = self.joints.margin_m(&plan)?;
         let first = FirstSteps::into(&statics, &plan, &self.feet_m);
-        let joints = self.joints.from_stance(&self.stance_rad, &plan, &first);
-        let joints = joints.map_err(|_| RecoverError::NoGait)?;
+        let joints = self.joints.from_stance(&self.stance_rad, &plan, &first)?;
         let cycle_s = joints.repeat_rows().map_or(1, |rows| rows.len()) as f64 * joints.row_s();
         let gait = Gait {
             name: "recovery".into(),

@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::{
     first_steps::{FirstSteps, seen_from},
     gait_plan::GaitPlan,
-    support::Ground,
+    support::{Ground, margin_m},
     what_is_left::WhatIsLeft,
 };
 
@@ -36,6 +36,9 @@ pub(crate) struct Joints<'a> {
 
 /// Greatest speed of a joint over that of its servo: what is left follows delays.
 const SPEED_SHARE: f64 = 0.9;
+/// A plan that is too fast is slowed down by this factor, so many times.
+const SLOWED: f64 = 1.08;
+const MOST_SLOWED: usize = 12;
 /// The body is moved over its feet so fast at most.
 const BODY_M_PER_S: f64 = 0.12;
 /// How long a move of the body takes at least, a step, and the folding of a leg.
@@ -65,16 +68,58 @@ impl<'a> Joints<'a> {
     pub(crate) fn of_gait(&self, plan: &GaitPlan) -> Result<JointTrajectory, NotFollowed> {
         let mut rows = Rows::new(*self, plan);
         for leg in 0..rows.now_rad.len() {
-            rows.now_rad[leg] = self
-                .left
-                .folded_rad(self.robot, leg, plan.body_height_m);
+            rows.now_rad[leg] = self.left.folded_rad(self.robot, leg, plan.body_height_m);
         }
         rows.gait_at(0.0)?;
         rows.push();
         rows.gait()
     }
 
-    /// The same from the robot's nominal stance on.
+    /// The plan with a cycle that takes so long that the servos can follow.
+    ///
+    /// # Errors
+    /// [`NotFollowed`] where that does not help.
+    pub(crate) fn slowed(&self, mut plan: GaitPlan) -> Result<GaitPlan, NotFollowed> {
+        for _ in 0..MOST_SLOWED {
+            match self.of_gait(&plan) {
+                Err(NotFollowed::Speed(_)) => plan.period_s *= SLOWED,
+                Err(error) => return Err(error),
+                Ok(_) => return Ok(plan),
+            }
+        }
+        self.of_gait(&plan).map(|_| plan)
+    }
+
+    /// Least static stability margin of a plan over its cycle.
+    ///
+    /// # Errors
+    /// [`NotFollowed`].
+    pub(crate) fn margin_m(&self, plan: &GaitPlan) -> Result<f64, NotFollowed> {
+        let mut rows = Rows::new(*self, plan);
+        let height_m = plan.body_height_m;
+        let resting = self.left.resting_mass(self.robot, &rows.walking, height_m);
+        let mut least_m = f64::INFINITY;
+        for group in 0..plan.order.len() {
+            for phase in plan.swing_phases(group) {
+                rows.gait_at(phase)?;
+                let (mut mass_kg, mut moment) = resting;
+                for leg in &rows.walking {
+                    let described = &self.robot.legs()[*leg];
+                    let of_leg = kinematics::mass_moment(described, &rows.now_rad[*leg]);
+                    mass_kg += of_leg.0;
+                    moment += of_leg.1;
+                }
+                let standing = rows.walking.iter().filter(|leg| plan.stands(**leg, group));
+                let standing: Vec<Ground> =
+                    standing.map(|leg| plan.foot(*leg, phase).at_m).collect();
+                let center_m = [moment.x / mass_kg, moment.y / mass_kg];
+                least_m = least_m.min(margin_m(&standing, center_m));
+            }
+        }
+        Ok(least_m)
+    }
+
+    /// The gait from the robot's nominal stance on.
     ///
     /// # Errors
     /// [`NotFollowed`].
@@ -141,6 +186,7 @@ impl<'a> Rows<'a> {
             self.gait_at(t * t * t * (1.0 - t / 2.0))?;
             self.push();
         }
+        self.check_speed()?;
         let first = self.rows_rad.len();
         for row in 1..=cycle {
             self.gait_at(0.5 + row as f64 / cycle as f64)?;
@@ -218,10 +264,13 @@ impl<'a> Rows<'a> {
             for row in 1..=rows {
                 let t = row as f64 / rows as f64;
                 let share = least_jerk_share(t);
-                let at_m =
-                    [0, 1].map(|axis| step.from_m[axis] + share * (step.to_m[axis] - step.from_m[axis]));
+                let at_m = [0, 1]
+                    .map(|axis| step.from_m[axis] + share * (step.to_m[axis] - step.from_m[axis]));
                 let up = libm::sin(std::f64::consts::PI * t);
-                self.place(step.leg, seen_from(body_m, at_m, STEP_M * up * up, height_m))?;
+                self.place(
+                    step.leg,
+                    seen_from(body_m, at_m, STEP_M * up * up, height_m),
+                )?;
                 self.push();
             }
             feet[step.leg] = step.to_m;

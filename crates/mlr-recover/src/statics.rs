@@ -4,7 +4,7 @@ use mlr_model::Robot;
 
 use crate::{
     footholds::Footholds,
-    gait_plan::GaitPlan,
+    gait_plan::{GaitPlan, SAMPLES},
     support::{Ground, distance_m, margin_m},
     what_is_left::WhatIsLeft,
 };
@@ -17,6 +17,8 @@ pub(crate) struct Statics {
     /// Of the body with the legs that do not walk.
     resting_kg: f64,
     resting_moment: Ground,
+    /// How fast a foot may turn about its hip.
+    most_rad_per_s: f64,
 }
 
 /// A plan as statics see it.
@@ -24,13 +26,18 @@ pub(crate) struct Statics {
 pub(crate) struct Standing {
     /// Least static stability margin over the cycle.
     pub(crate) margin_m: f64,
-    /// Share of the looked-at places of feet that are out of reach or too near to another leg's.
+    /// Share of the looked-at places of feet that are out of reach, too near to another leg's, or
+    /// passed too fast.
     pub(crate) amiss: f64,
 }
 
 /// Distance of the lines from hip to foot of two legs, seen from above: twice the radius of a link, and
 /// as much again.
 const APART_M: f64 = 0.045;
+/// Share of the servos' speed that swings may need of the first joint: others add to it.
+const SPEED_SHARE: f64 = 0.75;
+/// Over so much of the cycle is the speed of a foot taken.
+const MOMENT: f64 = 0.005;
 
 impl Statics {
     /// Of these legs that walk, with the body at this height.
@@ -51,6 +58,7 @@ impl Statics {
             walking: walking.to_vec(),
             resting_kg,
             resting_moment: [moment.x, moment.y],
+            most_rad_per_s: SPEED_SHARE * robot.servo().speed_limit_rad_per_s,
         }
     }
 
@@ -87,6 +95,23 @@ impl Statics {
             .count()
     }
 
+    /// How many feet of a group are too fast in the middle of their swing.
+    fn too_fast(&self, plan: &GaitPlan, group: usize) -> usize {
+        let Some(middle) = plan.swing_phases(group).nth(SAMPLES / 2) else {
+            return 0;
+        };
+        let is_too_fast = |leg: &&usize| {
+            let [before, after] =
+                [middle - MOMENT, middle + MOMENT].map(|phase| plan.foot(**leg, phase).at_m);
+            let hip_m = self.legs[**leg].hip_m;
+            let moved_m = libm::hypot(after[0] - before[0], after[1] - before[1]);
+            let lever_m = libm::hypot(before[0] - hip_m[0], before[1] - hip_m[1]);
+            let rad_per_s = moved_m / lever_m.max(1e-6) / (2.0 * MOMENT * plan.period_s);
+            rad_per_s > self.most_rad_per_s
+        };
+        plan.order[group].iter().filter(is_too_fast).count()
+    }
+
     /// A plan over its cycle: while some legs swing it stands on the fewest.
     pub(crate) fn assess(&self, plan: &GaitPlan) -> Standing {
         let mut least_m = f64::INFINITY;
@@ -94,6 +119,7 @@ impl Statics {
         let mut feet_m = Vec::with_capacity(self.walking.len());
         let mut standing_m = Vec::with_capacity(self.walking.len());
         for group in 0..plan.order.len() {
+            amiss += self.too_fast(plan, group);
             for phase in plan.swing_phases(group) {
                 feet_m.clear();
                 standing_m.clear();

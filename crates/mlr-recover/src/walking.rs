@@ -45,13 +45,14 @@ impl Walking {
         let index = |time_s: f64| times_s.partition_point(|t| *t < time_s - 1e-6);
         let (first, end) = (index(from_s), times_s.len());
         let fluctuation_deg = fluctuation_deg(walked, first, detector);
-        let tilts = (first..end).map(|k| {
-            libm::acos(libm::cos(angles_rad.roll[k]) * libm::cos(angles_rad.pitch[k]))
-        });
+        let tilts = (first..end)
+            .map(|k| libm::acos(libm::cos(angles_rad.roll[k]) * libm::cos(angles_rad.pitch[k])));
         let tilt_deg = tilts.fold(0.0, f64::max).to_degrees();
 
         let positions = walked.position_m.as_deref().unwrap_or_default();
-        let whole = ((times_s[end - 1] - from_s) / cycle_s + 1e-6).floor().max(1.0) as usize;
+        let whole = ((times_s[end - 1] - from_s) / cycle_s + 1e-6)
+            .floor()
+            .max(1.0) as usize;
         let mut way_m = 0.0;
         let (mut last, mut cycles) = (first, 0);
         for cycle in 1..=whole {
@@ -70,7 +71,9 @@ impl Walking {
         let torques = walked.torque_nm.as_deref().unwrap_or_default();
         let shares = torques[first.min(torques.len())..].iter().map(|row| {
             let each = row.iter().zip(&limits_nm);
-            each.fold(0.0, |most: f64, (torque, limit)| most.max(torque.abs() / limit))
+            each.fold(0.0, |most: f64, (torque, limit)| {
+                most.max(torque.abs() / limit)
+            })
         });
         let shares: Vec<f64> = shares.collect();
         let at_limit = shares.iter().filter(|share| **share >= AT_LIMIT).count();
@@ -102,7 +105,11 @@ impl Walking {
 }
 
 /// The largest fluctuation that the damage detector sees from a sample on.
-pub(crate) fn fluctuation_deg(walked: &Trajectory, first: usize, settings: DetectorSettings) -> f64 {
+pub(crate) fn fluctuation_deg(
+    walked: &Trajectory,
+    first: usize,
+    settings: DetectorSettings,
+) -> f64 {
     let Ok(mut detector) = DamageDetector::new(settings) else {
         return f64::INFINITY;
     };

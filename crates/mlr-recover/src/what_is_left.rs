@@ -38,7 +38,8 @@ impl WhatIsLeft {
 
     /// Whether a leg that can walk is weak.
     pub fn is_weak(&self, leg: usize) -> bool {
-        let weak = |fault: &Fault| matches!(fault, Fault::WeakLeg { leg: one, .. } if *one == leg + 1);
+        let weak =
+            |fault: &Fault| matches!(fault, Fault::WeakLeg { leg: one, .. } if *one == leg + 1);
         self.faults.iter().any(weak)
     }
 

@@ -113,9 +113,8 @@ impl RecoverOptions {
                     angle_rad: next()?.parse().ok()?,
                 })
             })();
-            let context = || {
-                format!("--stuck-joint {text}: expected leg, joint and angle, as in 3:2:0.9")
-            };
+            let context =
+                || format!("--stuck-joint {text}: expected leg, joint and angle, as in 3:2:0.9");
             faults.push(fault.filter(|_| next().is_none()).with_context(context)?);
         }
         Ok(faults)

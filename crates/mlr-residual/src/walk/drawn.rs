@@ -61,7 +61,11 @@ mod tests {
         let settings = NuisanceSettings::default();
         let mut generator = ChaCha8Rng::seed_from_u64(3);
         let drawn: Vec<WalkModel> = (0..400)
-            .map(|_| nominal.drawn(&legs_lost, &settings, &mut generator).unwrap())
+            .map(|_| {
+                nominal
+                    .drawn(&legs_lost, &settings, &mut generator)
+                    .unwrap()
+            })
             .collect();
         let deviation = |of: &dyn Fn(&WalkModel) -> f64| {
             let squares = drawn.iter().map(|model| of(model) * of(model));
