@@ -86,7 +86,8 @@ pub use probe::{
     Segment, calibration_motion,
 };
 pub use recover::{
-    Diagnosis, NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, recovery_gait,
+    AnswerFileError, NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook,
+    diagnosis_of_explanation, diagnosis_of_identification, diagnosis_of_json, recovery_gait,
 };
 
 // What every use of this crate needs of the others.

@@ -1,71 +1,21 @@
 //! From the answer to a gait that walks again.
 
+mod diagnoses;
 mod report;
 
 pub use report::{RecoveryReport, ReportedOutlook};
 
+pub use diagnoses::{
+    AnswerFileError, diagnosis_of_explanation, diagnosis_of_identification, diagnosis_of_json,
+};
+
+use mlr_filter::DetectorSettings;
 use mlr_model::{Gait, Robot, SimulationSettings};
-use mlr_recover::{PossibleRobot, RecoverError, RecoverSettings, Recovery, WhatIsLeft, recover};
+use mlr_recover::{Diagnosis, PossibleRobot, RecoverError, RecoverSettings, Recovery, recover};
 use mlr_residual::walk::{NuisanceSettings, WalkError, WalkModel};
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
-
-use crate::Identification;
-
-/// What may be left of a robot, each with its probability, the most probable first. Never empty.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Diagnosis(Vec<(WhatIsLeft, f64)>);
-
-impl Diagnosis {
-    /// What is left is known.
-    pub fn certain(left: WhatIsLeft) -> Self {
-        Self(vec![(left, 1.0)])
-    }
-
-    /// The morphologies of an identification.
-    pub fn of(found: &Identification) -> Self {
-        let best = (found.morphology.clone(), found.probability);
-        let others = found.alternatives.iter();
-        let others = others.map(|one| (one.morphology.clone(), one.probability));
-        let with = |(morphology, probability)| {
-            let left = WhatIsLeft {
-                lost_links: found.fit.lost_links,
-                ..WhatIsLeft::of(morphology)
-            };
-            (left, probability)
-        };
-        let mut cases: Vec<_> = std::iter::once(best).chain(others).map(with).collect();
-        if cases
-            .iter()
-            .map(|(_, probability)| probability)
-            .sum::<f64>()
-            <= 0.0
-        {
-            cases.truncate(1);
-            cases[0].1 = 1.0;
-        }
-        Self(cases)
-    }
-
-    /// What is left most probably.
-    pub fn most_probable(&self) -> &WhatIsLeft {
-        &self.0[0].0
-    }
-
-    /// The case that a share of all probability, from 0 to 1, falls into.
-    fn at(&self, share: f64) -> &WhatIsLeft {
-        let total: f64 = self.0.iter().map(|(_, probability)| probability).sum();
-        let mut left = share * total;
-        for (case, probability) in &self.0 {
-            left -= probability;
-            if left <= 0.0 {
-                return case;
-            }
-        }
-        self.most_probable()
-    }
-}
 
 /// Why there is no gait.
 #[derive(Debug, Error)]
@@ -91,10 +41,10 @@ pub struct RecoveryOf<'a> {
     pub simulation: &'a SimulationSettings,
     /// What robots of its make differ by.
     pub nuisance: &'a NuisanceSettings,
+    /// The damage detector, whose threshold fluctuations should stay below.
+    pub detector: DetectorSettings,
 }
 
-/// Robots that a gait is judged on.
-const ROBOTS: usize = 24;
 /// Shares of probability that are far from each other, however many are taken (Weyl 1916).
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
@@ -109,17 +59,14 @@ pub fn recovery_gait(
     seed: u64,
     progress: &dyn mlr_recover::Progress,
 ) -> Result<Recovery, NoRecovery> {
+    settings.check().map_err(RecoverError::from)?;
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let first: f64 = generator.random();
-    let mut robots = Vec::with_capacity(ROBOTS);
-    for index in 0..ROBOTS {
+    let mut robots = Vec::new();
+    for index in 0..settings.judged_robots {
         let share = first + GOLDEN_RATIO * index as f64;
         let case = of.diagnosis.at(share - share.floor());
-        let simulation = SimulationSettings {
-            lost_links: case.lost_links,
-            faults: case.faults.clone(),
-            ..of.simulation.clone()
-        };
+        let simulation = case.simulated(of.simulation);
         let nominal = WalkModel::nominal(of.robot.clone(), of.gait.clone(), simulation);
         let drawn = nominal.drawn(&case.morphology, of.nuisance, &mut generator)?;
         let robot = drawn.robot.with_servo(drawn.servo);
@@ -129,12 +76,12 @@ pub fn recovery_gait(
             simulation: drawn.simulation,
         });
     }
-    let left = of.diagnosis.most_probable();
     let found = recover(
         of.robot,
         of.gait,
-        left,
+        of.diagnosis,
         &robots,
+        of.detector,
         settings,
         &mut generator,
         progress,

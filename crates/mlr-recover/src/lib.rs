@@ -10,6 +10,7 @@
 //!    step to their places one after the other.
 
 mod criterion;
+mod diagnosis;
 mod first_steps;
 mod footholds;
 mod gait_plan;
@@ -26,6 +27,7 @@ mod swing_order;
 mod walking;
 mod what_is_left;
 
+pub use diagnosis::Diagnosis;
 pub use gait_plan::GaitPlan;
 pub use possible_robot::PossibleRobot;
 pub use recovery::{Outlook, RecoverError, Recovery, recover};

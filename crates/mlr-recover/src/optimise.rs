@@ -15,6 +15,8 @@ pub(crate) struct Trial<'a> {
     pub(crate) joints: Joints<'a>,
     pub(crate) robots: &'a [PossibleRobot],
     pub(crate) criterion: Criterion,
+    /// Generations of the optimisation, at most.
+    pub(crate) generations: usize,
 }
 
 /// A plan with its walks.
@@ -32,8 +34,7 @@ const CYCLES: f64 = 2.0;
 const OFFSPRING: usize = 8;
 const FINALISTS: usize = 2;
 const FIRST_ROBOTS: usize = 2;
-/// A search ends after so many generations, or so many without a better plan.
-const GENERATIONS: usize = 18;
+/// A search ends after so many generations without a better plan.
 const WITHOUT_PROGRESS: usize = 6;
 /// Share of the mean turn that is steered against at once.
 const STEERING: f64 = 0.8;
@@ -109,7 +110,7 @@ impl Trial<'_> {
         let mut best = start;
         let mut size = 0.5;
         let mut fruitless = 0;
-        for generation in 0..GENERATIONS {
+        for generation in 0..self.generations {
             let straight = GaitPlan {
                 turn_rad: best.plan.turn_rad - STEERING * best.turn_rad,
                 ..best.plan.clone()
@@ -136,7 +137,7 @@ impl Trial<'_> {
                 }
             }
             if fruitless == WITHOUT_PROGRESS {
-                for _ in generation + 1..GENERATIONS {
+                for _ in generation + 1..self.generations {
                     progress.advance();
                 }
                 break;
@@ -144,9 +145,6 @@ impl Trial<'_> {
         }
         Ok(best)
     }
-
-    /// Steps of [`Self::improved`].
-    pub(crate) const STEPS: usize = GENERATIONS;
 }
 
 fn sort(tried: &mut [Tried]) {

@@ -1,14 +1,15 @@
 //! From what is left of a robot to a gait.
 
-use mlr_filter::SettingError;
+use mlr_filter::{DetectorSettings, SettingError};
 use mlr_model::{Gait, JointCommands, ModelError, Motion, Robot, kinematics};
 use rand::Rng;
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::{
-    Progress, RecoverSettings, WhatIsLeft,
+    Progress, RecoverSettings,
     criterion::Criterion,
+    diagnosis::Diagnosis,
     first_steps::FirstSteps,
     gait_plan::GaitPlan,
     optimise::Trial,
@@ -70,6 +71,8 @@ pub struct Outlook {
     pub walks: Vec<Option<Walking>>,
     /// Probability that the fluctuation stays below the detector's threshold.
     pub calm_probability: f64,
+    /// The speed that can be counted on: what gaits are chosen by.
+    pub reliable_speed_m_per_s: f64,
 }
 
 /// Shares of the nominal gait's speed that are looked at.
@@ -78,30 +81,33 @@ const SPEEDS: [f64; 3] = [0.8, 0.55, 0.3];
 const SHORTLIST: usize = 10;
 /// Cycles of the final walks.
 const CYCLES: f64 = 4.0;
-/// Where a robot stood before it walked with the nominal gait, seconds of it are not counted.
+/// The same with the nominal gait.
 const NOMINAL_CYCLES: f64 = 5.0;
+/// The finished gait is steered so many times.
+const STEERED: usize = 2;
 /// Feet of a body that stands.
 const STANDING: usize = 3;
 
 /// Finds a gait for a robot of which so much is left.
 ///
 /// `robots` are drawn from what is known of the robot; the gait is optimised on the first of them, and
-/// the report is of all.
+/// the report is of all. The threshold for fluctuations is the damage detector's.
 ///
 /// # Errors
 /// [`RecoverError`].
 pub fn recover(
     robot: &Robot,
     nominal: &Gait,
-    left: &WhatIsLeft,
+    diagnosis: &Diagnosis,
     robots: &[PossibleRobot],
+    detector: DetectorSettings,
     settings: &RecoverSettings,
     generator: &mut impl Rng,
     progress: &dyn Progress,
 ) -> Result<Recovery, RecoverError> {
     settings.check()?;
-    let search = Search::new(robot, nominal, left, robots, settings)?;
-    progress.expect_more(Trial::STEPS + 4);
+    let search = Search::new(robot, nominal, diagnosis, robots, detector, settings)?;
+    progress.expect_more(3 + settings.generations + STEERED + 1);
     let before = search.nominal_outlook(nominal)?;
     progress.advance();
     let (mut screened, orders) = search.screened(generator)?;
@@ -114,10 +120,11 @@ pub fn recover(
     let start = start.ok_or(RecoverError::TooFewLegs(0))?;
     trial.joints.of_gait(&start.plan)?;
     let best = trial.improved(start, generator, progress)?;
-    search.finished(best.plan, orders, before)
+    search.finished(best.plan, orders, before, progress)
 }
 
 struct Search<'a> {
+    diagnosis: &'a Diagnosis,
     robots: &'a [PossibleRobot],
     settings: &'a RecoverSettings,
     joints: Joints<'a>,
@@ -133,8 +140,9 @@ impl<'a> Search<'a> {
     fn new(
         robot: &'a Robot,
         nominal: &Gait,
-        left: &'a WhatIsLeft,
+        diagnosis: &'a Diagnosis,
         robots: &'a [PossibleRobot],
+        detector: DetectorSettings,
         settings: &'a RecoverSettings,
     ) -> Result<Self, RecoverError> {
         if robots.is_empty() {
@@ -162,16 +170,15 @@ impl<'a> Search<'a> {
             feet.stride_m.abs() / stance_s
         });
         Ok(Self {
+            diagnosis,
             robots,
             settings,
             joints: Joints {
                 robot,
-                left,
+                left: diagnosis.most_probable(),
                 most_turn_rad: settings.most_turn_deg.to_radians(),
             },
-            criterion: Criterion {
-                detector: settings.detector,
-            },
+            criterion: Criterion { detector },
             stance_rad,
             feet_m: tips.iter().map(|tip| [tip.x, tip.y]).collect(),
             body_height_m: -lowest_m,
@@ -186,6 +193,7 @@ impl<'a> Search<'a> {
             joints: self.joints,
             robots: &self.robots[..few],
             criterion: self.criterion,
+            generations: self.settings.generations,
         }
     }
 
@@ -198,29 +206,12 @@ impl<'a> Search<'a> {
         Statics::new(robot, left, walking, body_height_m, LIFT_M, most_turn_rad)
     }
 
-    /// Sets of legs that may walk: all that can, and all of those but one weak leg or all weak ones.
-    fn walking_sets(&self) -> Vec<Vec<usize>> {
-        let left = self.joints.left;
-        let able: Vec<usize> = (0..self.feet_m.len())
-            .filter(|leg| left.can_walk(*leg))
-            .collect();
-        let strong: Vec<usize> = able
-            .iter()
-            .copied()
-            .filter(|leg| !left.is_weak(*leg))
-            .collect();
-        match strong.len() == able.len() {
-            true => vec![able],
-            false => vec![able, strong],
-        }
-    }
-
     /// Plans of all sets of legs, best first, and how many orders there were.
     fn screened(&self, generator: &mut impl Rng) -> Result<(Vec<Screened>, usize), RecoverError> {
         let mut all = Vec::new();
         let mut orders_in_all = 0;
         let speeds = SPEEDS.map(|share| share * self.nominal_speed_m_per_s);
-        let sets = self.walking_sets();
+        let sets = self.diagnosis.walking_sets(self.feet_m.len());
         let most = sets.iter().map(Vec::len).max().unwrap_or(0);
         if most < 2 {
             return Err(RecoverError::TooFewLegs(most));
@@ -251,7 +242,9 @@ impl<'a> Search<'a> {
         let from_s = nominal.steady_from_s();
         let cycle_s = nominal.period_s;
         let walks = self.walks(nominal, from_s, cycle_s, NOMINAL_CYCLES)?;
-        Ok(self.outlook(walks.into_iter().map(|(walking, _)| walking).collect()))
+        // Whatever its margin is: it is there already.
+        let walks = walks.into_iter().map(|(walking, _)| walking).collect();
+        Ok(self.outlook(f64::INFINITY, walks))
     }
 
     /// How each robot walks with a gait, and its fluctuation before.
@@ -262,7 +255,7 @@ impl<'a> Search<'a> {
         cycle_s: f64,
         cycles: f64,
     ) -> Result<Vec<(Option<Walking>, f64)>, RecoverError> {
-        let detector = self.settings.detector;
+        let detector = self.criterion.detector;
         let each = self.robots.par_iter().map(|robot| {
             let walked = robot.walk(gait, from_s + cycles * cycle_s)?;
             let Some(walked) = walked else {
@@ -275,38 +268,41 @@ impl<'a> Search<'a> {
         each.collect::<Result<_, ModelError>>().map_err(Into::into)
     }
 
-    fn outlook(&self, walks: Vec<Option<Walking>>) -> Outlook {
+    fn outlook(&self, margin_m: f64, walks: Vec<Option<Walking>>) -> Outlook {
         let calm = walks.iter().flatten();
         let calm = calm.map(|walking| self.criterion.calm_probability(walking));
         let calm_probability = calm.sum::<f64>() / walks.len().max(1) as f64;
         Outlook {
+            reliable_speed_m_per_s: self.criterion.score(margin_m, &walks),
             walks,
             calm_probability,
         }
     }
 
+    /// The whole gait, from the nominal stance on, steered by how all robots turn.
     fn finished(
         &self,
-        plan: GaitPlan,
+        mut plan: GaitPlan,
         orders: usize,
         before: Outlook,
+        progress: &dyn Progress,
     ) -> Result<Recovery, RecoverError> {
         let walking = plan.walking();
         let statics = self.statics(&walking, plan.body_height_m);
+        for _ in 0..STEERED {
+            let (_, _, walks) = self.whole(&statics, &plan)?;
+            let turns = walks.iter().filter_map(|(walking, _)| *walking);
+            let turn_rad: f64 = turns.map(|walking| walking.turn_rad_per_cycle).sum();
+            plan.turn_rad -= turn_rad / walks.len().max(1) as f64;
+            progress.advance();
+        }
         let margin_m = self.joints.margin_m(&plan)?;
-        let first = FirstSteps::into(&statics, &plan, &self.feet_m);
-        let joints = self.joints.from_stance(&self.stance_rad, &plan, &first)?;
-        let cycle_s = joints.repeat_rows().map_or(1, |rows| rows.len()) as f64 * joints.row_s();
-        let gait = Gait {
-            name: "recovery".into(),
-            period_s: cycle_s,
-            motion: Motion::Joints(joints),
-        };
-        let from_s = gait.steady_from_s() + 0.5 * cycle_s;
-        let walks = self.walks(&gait, from_s, cycle_s, CYCLES)?;
+        let (gait, first, walks) = self.whole(&statics, &plan)?;
+        progress.advance();
         let onsets = walks.iter().map(|(_, onset_deg)| *onset_deg);
         let first_steps_fluctuation_deg = onsets.fold(0.0, f64::max);
-        let after = self.outlook(walks.into_iter().map(|(walking, _)| walking).collect());
+        let walks = walks.into_iter().map(|(walking, _)| walking).collect();
+        let after = self.outlook(margin_m, walks);
         Ok(Recovery {
             gait,
             plan,
@@ -317,6 +313,25 @@ impl<'a> Search<'a> {
             after,
             first_steps_fluctuation_deg,
         })
+    }
+
+    /// A plan with the way into it, and how all robots walk.
+    fn whole(
+        &self,
+        statics: &Statics,
+        plan: &GaitPlan,
+    ) -> Result<(Gait, FirstSteps, Vec<(Option<Walking>, f64)>), RecoverError> {
+        let first = FirstSteps::into(statics, plan, &self.feet_m);
+        let joints = self.joints.from_stance(&self.stance_rad, plan, &first)?;
+        let cycle_s = joints.repeat_rows().map_or(1, |rows| rows.len()) as f64 * joints.row_s();
+        let gait = Gait {
+            name: "recovery".into(),
+            period_s: cycle_s,
+            motion: Motion::Joints(joints),
+        };
+        let from_s = gait.steady_from_s() + 0.5 * cycle_s;
+        let walks = self.walks(&gait, from_s, cycle_s, CYCLES)?;
+        Ok((gait, first, walks))
     }
 }
 

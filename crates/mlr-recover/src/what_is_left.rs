@@ -1,6 +1,6 @@
 //! What is left of a robot, as far as standing needs it.
 
-use mlr_model::{Fault, LostLinks, Morphology, Robot, kinematics};
+use mlr_model::{Fault, LostLinks, Morphology, Payload, Robot, SimulationSettings, kinematics};
 use nalgebra::Vector3;
 
 /// A robot with its damage.
@@ -12,6 +12,8 @@ pub struct WhatIsLeft {
     pub lost_links: LostLinks,
     /// What else is wrong.
     pub faults: Vec<Fault>,
+    /// What the body carries.
+    pub payload: Option<Payload>,
 }
 
 /// Height over the ground that a leg which does not walk is held at, at least.
@@ -26,7 +28,23 @@ impl WhatIsLeft {
             morphology,
             lost_links: LostLinks::default(),
             faults: Vec::new(),
+            payload: None,
         }
+    }
+
+    /// The settings of a simulation with this damage.
+    pub fn simulated(&self, settings: &SimulationSettings) -> SimulationSettings {
+        SimulationSettings {
+            lost_links: self.lost_links,
+            faults: self.faults.clone(),
+            payload: self.payload.or(settings.payload),
+            ..settings.clone()
+        }
+    }
+
+    /// Whether no link is lost and nothing else is wrong that a gait has to do with.
+    pub fn is_sound(&self) -> bool {
+        self.morphology.is_healthy() && self.faults.is_empty() && self.payload.is_none()
     }
 
     /// Whether a leg (from 0) can walk at all: all of its links are there, and none of its joints is
@@ -104,6 +122,10 @@ impl WhatIsLeft {
         let body = robot.body();
         let mut mass_kg = body.mass_kg;
         let mut moment = body.mass_kg * body.center_of_mass_m.coords;
+        if let Some(payload) = &self.payload {
+            mass_kg += payload.mass_kg;
+            moment += payload.mass_kg * Vector3::from(payload.position_m);
+        }
         for (leg, described) in robot.legs().iter().enumerate() {
             if walking.contains(&leg) {
                 continue;
@@ -118,5 +140,77 @@ impl WhatIsLeft {
             moment += of_leg;
         }
         (mass_kg, moment)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(faults: Vec<Fault>) -> WhatIsLeft {
+        let healthy = Morphology::healthy(&Robot::jethexa().layout());
+        WhatIsLeft {
+            faults,
+            ..WhatIsLeft::of(healthy)
+        }
+    }
+
+    #[test]
+    fn a_leg_is_folded_clear_of_the_ground_around_a_stuck_joint() {
+        let robot = Robot::jethexa();
+        let leg = &robot.legs()[3];
+        let height_m = |angles_rad: &[f64]| kinematics::lowest_contact_m(leg, angles_rad).unwrap();
+        let free: Vec<f64> = leg.links.iter().map(|link| link.locked_rad).collect();
+        assert_eq!(with(vec![]).folded_rad(&robot, 3, 0.09), free);
+        for (joint, angle_rad) in [
+            (1, 0.6),
+            (2, -0.6),
+            (2, 0.3),
+            (3, -2.0),
+            (3, -1.2),
+            (3, 0.5),
+        ] {
+            let left = with(vec![Fault::StuckJoint {
+                leg: 4,
+                joint,
+                angle_rad,
+            }]);
+            let folded = left.folded_rad(&robot, 3, 0.09);
+            assert_eq!(folded[joint - 1], angle_rad);
+            let clear_m = height_m(&folded) + 0.09;
+            assert!(clear_m > 0.02, "joint {joint} at {angle_rad}: {clear_m}");
+            assert!(!left.can_walk(3) && left.can_walk(2));
+        }
+    }
+
+    #[test]
+    fn the_mass_is_that_of_all_parts_that_are_there() {
+        let robot = Robot::jethexa();
+        let leg_kg: f64 = robot.legs()[0].links.iter().map(|link| link.mass_kg).sum();
+        let body_kg = robot.body().mass_kg;
+        let lost = Morphology::parse_legs_lost("3", &robot.layout()).unwrap();
+        let gone = WhatIsLeft::of(lost.clone());
+        let walking = [0, 1, 3, 4];
+        // Leg 6 is there and does not walk.
+        let (mass_kg, moment) = gone.resting_mass(&robot, &walking, 0.09);
+        assert!((mass_kg - body_kg - leg_kg).abs() < 1e-12);
+        assert!(moment.x < 0.0 && moment.y < 0.0);
+        let locked = WhatIsLeft {
+            lost_links: LostLinks::Locked,
+            ..gone
+        };
+        let (mass_kg, _) = locked.resting_mass(&robot, &walking, 0.09);
+        assert!((mass_kg - body_kg - 2.0 * leg_kg).abs() < 1e-12);
+        let loaded = WhatIsLeft {
+            payload: Some(Payload {
+                mass_kg: 0.5,
+                position_m: [0.1, 0.0, 0.0],
+            }),
+            ..WhatIsLeft::of(lost)
+        };
+        let (mass_kg, loaded_moment) = loaded.resting_mass(&robot, &walking, 0.09);
+        assert!((mass_kg - body_kg - leg_kg - 0.5).abs() < 1e-12);
+        assert!((loaded_moment.x - moment.x - 0.05).abs() < 1e-12);
+        assert!(!loaded.is_sound() && with(vec![]).is_sound());
     }
 }

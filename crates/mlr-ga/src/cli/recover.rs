@@ -5,13 +5,15 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::{
-    Configuration, Diagnosis, LARGEST_SEED, RecoveryOf, RecoveryReport, ReportedOutlook,
-    recovery_gait,
+    Configuration, IdentifySettings, LARGEST_SEED, Model, RecoveryOf, RecoveryReport,
+    ReportedOutlook, diagnosis_of_identification, diagnosis_of_json, identify, recovery_gait,
 };
-use mlr_model::{Fault, Motion};
-use mlr_recover::{RecoverSettings, WhatIsLeft};
+use mlr_imu::{MAX_TEXT_BYTES, Mounting, read_text};
+use mlr_model::{Fault, Gait, Motion, Robot};
+use mlr_recover::{Diagnosis, WhatIsLeft};
 
 use super::{
+    log_file::{ReadOptions, blame_if},
     model_files::{self, ModelFiles},
     morphology_choice::MorphologyChoice,
     output::{self, ResultFile},
@@ -19,7 +21,15 @@ use super::{
 };
 
 #[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("damage").required(true).multiple(true)
+    .args(["log", "legs_lost", "morphology", "weak_leg", "stuck_joint"]))]
 pub(super) struct RecoverOptions {
+    /// A log of the damaged robot, which is identified first; or an answer of identify or explain, or
+    /// an event of the daemon with one, as .json.
+    #[arg(conflicts_with_all = ["legs_lost", "morphology", "weak_leg", "stuck_joint"])]
+    log: Option<PathBuf>,
+    #[command(flatten)]
+    read: ReadOptions,
     #[command(flatten)]
     morphology: MorphologyChoice,
     /// A leg whose servos have lost strength, with what is left of it, as in 3:0.3. May be repeated.
@@ -56,26 +66,25 @@ pub(super) fn run(options: &RecoverOptions) -> anyhow::Result<()> {
     let Configuration {
         identification,
         explanation,
+        mounting,
+        recovery,
         ..
     } = model_files::configuration(options.config.as_deref(), None)?;
     let (robot, gait) = options.model.read()?;
-    let left = WhatIsLeft {
-        faults: options.faults()?,
-        ..WhatIsLeft::of(options.morphology.of(&robot.layout())?)
-    };
-    let diagnosis = Diagnosis::certain(left);
     let file = ResultFile::reserve(&options.output)?;
     let joints_file = options.joints.as_deref().map(ResultFile::reserve);
     let joints_file = joints_file.transpose()?;
+    let diagnosis = options.diagnosis(&robot, &gait, &identification, &mounting)?;
     let of = RecoveryOf {
         robot: &robot,
         gait: &gait,
         diagnosis: &diagnosis,
         simulation: &identification.simulation,
         nuisance: &explanation.nuisance,
+        detector: identification.detector,
     };
     let bar = Bar::of_gaits();
-    let found = recovery_gait(of, &RecoverSettings::default(), options.seed, &bar);
+    let found = recovery_gait(of, &recovery, options.seed, &bar);
     bar.clear();
     let found = found?;
     file.write(&found.gait.to_toml())?;
@@ -90,7 +99,50 @@ pub(super) fn run(options: &RecoverOptions) -> anyhow::Result<()> {
     Ok(output::result(&text)?)
 }
 
+/// How the name of an answer ends.
+const ANSWER: &str = "json";
+
 impl RecoverOptions {
+    fn diagnosis(
+        &self,
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+        mounting: &Mounting,
+    ) -> anyhow::Result<Diagnosis> {
+        let Some(log) = &self.log else {
+            let left = WhatIsLeft {
+                faults: self.faults()?,
+                ..WhatIsLeft::of(self.morphology.of(&robot.layout())?)
+            };
+            return Ok(Diagnosis::certain(left));
+        };
+        if log.extension().is_some_and(|extension| extension == ANSWER) {
+            let name = || log.display().to_string();
+            let text = read_text(log, MAX_TEXT_BYTES).with_context(name)?;
+            return diagnosis_of_json(robot, &text).with_context(name);
+        }
+        let settings = IdentifySettings {
+            seed: self.seed,
+            ..settings.clone()
+        };
+        let recording = self.read.recording(log)?.mounted(mounting)?;
+        let bar = Bar::new();
+        let found = identify(&recording, Model::new(robot, gait), &settings, &bar);
+        bar.clear();
+        let found = found.map_err(|error| {
+            let of_the_log = error.is_recordings_fault();
+            blame_if(of_the_log, log, error.into())
+        })?;
+        for warning in &found.warnings {
+            output::warning(warning);
+        }
+        if found.implausible {
+            output::warning("no morphology explains this log: the gait is for the closest one");
+        }
+        Ok(diagnosis_of_identification(&found))
+    }
+
     fn faults(&self) -> anyhow::Result<Vec<Fault>> {
         let mut faults = Vec::new();
         for text in &self.weak_leg {
@@ -124,7 +176,7 @@ impl RecoverOptions {
 /// The report for people.
 fn table(report: &RecoveryReport, options: &RecoverOptions) -> String {
     let mut table = output::Table::default();
-    table.line("damage", report.morphology.describe());
+    table.line("damage", damage(report));
     table.line("gait", options.output.display());
     if let Some(joints) = &options.joints {
         table.line("joints", joints.display());
@@ -164,6 +216,9 @@ fn table(report: &RecoveryReport, options: &RecoverOptions) -> String {
     );
     table.line("before", outlook(&report.before));
     table.line("after", outlook(&report.after));
+    if !report.better_than_nominal {
+        table.line("", "the nominal gait can be counted on for as much");
+    }
     table.line(
         "first steps",
         format!(
@@ -176,6 +231,27 @@ fn table(report: &RecoveryReport, options: &RecoverOptions) -> String {
         format!("{:.1} s, {} robots", report.elapsed_s, report.robots),
     );
     table.into_text()
+}
+
+fn damage(report: &RecoveryReport) -> String {
+    let mut text = report.morphology.describe();
+    for fault in &report.faults {
+        text += &match *fault {
+            Fault::WeakLeg { leg, gain } => format!(", leg {leg} weak ({:.0} %)", 100.0 * gain),
+            Fault::StuckJoint { leg, joint, .. } => format!(", joint {joint} of leg {leg} stuck"),
+            Fault::JointOffset { leg, joint, .. } => format!(", joint {joint} of leg {leg} off"),
+            Fault::ShortLink { leg, link, .. } => format!(", link {link} of leg {leg} short"),
+            Fault::FootFriction { leg, .. } => format!(", foot {leg} slips otherwise"),
+            Fault::ExternalForce { .. } => ", pulled at".into(),
+        };
+    }
+    if let Some(payload) = &report.payload {
+        text += &format!(", a load of {:.2} kg", payload.mass_kg);
+    }
+    if report.cases > 1 {
+        text += &format!("; {} cases in question", report.cases);
+    }
+    text
 }
 
 fn numbers(legs: &[usize]) -> String {

@@ -1,10 +1,8 @@
 use std::time::Duration;
 
-use mlr_model::{Fault, LostLinks, Morphology};
-use mlr_recover::{Outlook, Recovery, Walking};
+use mlr_model::{Fault, LostLinks, Morphology, Payload};
+use mlr_recover::{Diagnosis, Outlook, Recovery, Walking};
 use serde::Serialize;
-
-use super::Diagnosis;
 
 /// Version of the JSON form.
 const SCHEMA: &str = "mlr.recovery/1";
@@ -22,6 +20,8 @@ pub struct RecoveryReport {
     pub lost_links: LostLinks,
     /// What else is wrong.
     pub faults: Vec<Fault>,
+    /// What the body carries beyond its description.
+    pub payload: Option<Payload>,
     /// How many cases the robots were drawn from.
     pub cases: usize,
     /// Legs (from 1) that swing together, in their order.
@@ -58,6 +58,8 @@ pub struct RecoveryReport {
     pub after: ReportedOutlook,
     /// Largest fluctuation of roll or pitch of any of them, the way into the gait included.
     pub first_steps_fluctuation_deg: f64,
+    /// Whether this gait can be counted on for more speed than the nominal one.
+    pub better_than_nominal: bool,
     /// Seed of the search.
     pub seed: u64,
     /// Time that it took.
@@ -76,6 +78,8 @@ pub struct ReportedOutlook {
     pub diverged: usize,
     /// Probability that the fluctuation stays below the detector's threshold.
     pub calm_probability: f64,
+    /// The speed that can be counted on: what gaits are chosen by.
+    pub reliable_speed_m_per_s: f64,
 }
 
 impl RecoveryReport {
@@ -92,7 +96,8 @@ impl RecoveryReport {
             damaged_legs: left.morphology.damaged_legs(),
             lost_links: left.lost_links,
             faults: left.faults.clone(),
-            cases: diagnosis.0.len(),
+            payload: left.payload,
+            cases: diagnosis.cases(),
             order: plan.order.iter().map(numbers).collect(),
             folded_legs: folded.map(|leg| leg + 1).collect(),
             statically_stable: found.margin_m > 0.0,
@@ -110,6 +115,8 @@ impl RecoveryReport {
             before: ReportedOutlook::new(&found.before),
             after: ReportedOutlook::new(&found.after),
             first_steps_fluctuation_deg: found.first_steps_fluctuation_deg,
+            better_than_nominal: found.after.reliable_speed_m_per_s
+                > found.before.reliable_speed_m_per_s,
             seed,
             elapsed_s: elapsed.as_secs_f64(),
         }
@@ -125,6 +132,7 @@ impl ReportedOutlook {
             worst_fluctuation_deg: worst.fold(0.0, f64::max),
             diverged: outlook.walks.len() - walks.len(),
             calm_probability: outlook.calm_probability,
+            reliable_speed_m_per_s: outlook.reliable_speed_m_per_s,
         }
     }
 }

@@ -27,6 +27,7 @@ mod weak_leg;
 
 pub use crate::EffectParameter;
 pub use effect::{Place, WalkEffect};
+pub use payload::LOAD_HEIGHT_M;
 
 /// All effects: those of the body first, then those of the sensor.
 pub const LIBRARY: &[&dyn WalkEffect] = &[
