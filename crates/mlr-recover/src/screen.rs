@@ -20,11 +20,15 @@ pub(crate) struct Screened {
 
 /// Time of a slot of the cycle.
 const SLOT_S: f64 = 0.4;
-/// Steps of the search for each order, and for those that are looked at more closely.
-const STEPS: usize = 250;
+/// Steps of the search over all plans, at least and at most of them for each.
+const ALL_STEPS: usize = 800_000;
+const STEPS: std::ops::RangeInclusive<usize> = 250..=8000;
+/// More steps for each of those that are looked at more closely.
 const MORE_STEPS: usize = 1200;
 /// So many orders are.
 const CLOSER: usize = 24;
+/// At most so many plans are searched, the most promising before that: all of six legs.
+const MOST: usize = 3300;
 /// More margin than this is worth nothing.
 const ENOUGH_M: f64 = 0.04;
 /// What a metre of a foot off its nominal place, or of sway, costs in margin.
@@ -43,39 +47,39 @@ pub(crate) fn screen(
     speeds_m_per_s: &[f64],
     generator: &mut impl Rng,
 ) -> Vec<Screened> {
-    let starts: Vec<(GaitPlan, u64)> = orders
-        .iter()
-        .flat_map(|order| speeds_m_per_s.iter().map(move |speed| (order, *speed)))
+    let assessed = |plan: GaitPlan| Screened {
+        standing: statics.assess(&plan),
+        plan,
+    };
+    let mut screened: Vec<Screened> = orders
+        .par_iter()
+        .flat_map_iter(|order| speeds_m_per_s.iter().map(move |speed| (order, *speed)))
         .map(|(order, speed_m_per_s)| {
             let period_s = SLOT_S * order.len() as f64;
-            let plan = GaitPlan {
+            assessed(GaitPlan {
                 order: order.clone(),
                 period_s,
                 advance_m: speed_m_per_s * period_s,
                 ..nominal.clone()
-            };
-            (plan, generator.random())
+            })
         })
         .collect();
-    let looked_at = |(plan, seed): (GaitPlan, u64), steps: usize| {
-        let plan = steadied(statics, nominal, plan, steps, seed);
-        let standing = statics.assess(&plan);
-        Screened { plan, standing }
-    };
-    let mut screened: Vec<Screened> = starts
-        .into_par_iter()
-        .map(|start| looked_at(start, STEPS))
-        .collect();
-    sort(&mut screened);
-    screened.truncate(CLOSER);
-    let seeds: Vec<u64> = screened.iter().map(|_| generator.random()).collect();
-    let mut closer: Vec<Screened> = screened
-        .into_par_iter()
-        .zip(seeds)
-        .map(|(one, seed)| looked_at((one.plan, seed), MORE_STEPS))
-        .collect();
-    sort(&mut closer);
-    closer
+    if screened.len() > MOST {
+        sort(&mut screened);
+        screened.truncate(MOST);
+    }
+    let steps = ALL_STEPS / screened.len().max(1);
+    for steps in [steps.clamp(*STEPS.start(), *STEPS.end()), MORE_STEPS] {
+        let seeds: Vec<u64> = screened.iter().map(|_| generator.random()).collect();
+        screened = screened
+            .into_par_iter()
+            .zip(seeds)
+            .map(|(one, seed)| assessed(steadied(statics, nominal, one.plan, steps, seed)))
+            .collect();
+        sort(&mut screened);
+        screened.truncate(CLOSER);
+    }
+    screened
 }
 
 fn sort(screened: &mut [Screened]) {

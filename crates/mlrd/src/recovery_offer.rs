@@ -127,3 +127,42 @@ fn numbers(dir: &Path) -> io::Result<Vec<u32>> {
     }
     Ok(numbers)
 }
+
+#[cfg(test)]
+mod tests {
+    use mlr_ga::diagnosis_of_json;
+
+    use super::*;
+    use crate::Settings;
+
+    #[test]
+    fn the_last_offers_are_kept_and_none_is_overwritten() {
+        let settings = Settings::default();
+        let known = RobotModel::new(&settings, "imu".into()).unwrap();
+        let lost = r#"{"schema": "mlr.identification/1",
+            "morphology": [[1,1,1],[1,1,1],[0,0,0],[0,0,0],[1,1,1],[1,1,1]]}"#;
+        let job = RecoverJob {
+            diagnosis: diagnosis_of_json(&known.robot, lost).unwrap(),
+            robot: Arc::clone(&known.robot),
+        };
+        let little = RecoverSettings {
+            robots: 1,
+            judged_robots: 1,
+            generations: 0,
+            ..RecoverSettings::default()
+        };
+        let offer = job.done(&known, &settings.explanation, &little).unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("state.json"), "mine").unwrap();
+        for number in 1..=6 {
+            let [gait, joints] = offer.write(dir.path()).unwrap();
+            assert_eq!(gait, dir.path().join(format!("recovery-{number}.toml")));
+            assert_eq!(fs::read_to_string(gait).unwrap(), offer.gait);
+            assert_eq!(fs::read_to_string(joints).unwrap(), offer.joints);
+        }
+        let mut left = numbers(dir.path()).unwrap();
+        left.sort_unstable();
+        assert_eq!(left, [3, 3, 4, 4, 5, 5, 6, 6]);
+        assert!(dir.path().join("state.json").exists());
+    }
+}
