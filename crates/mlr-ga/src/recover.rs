@@ -11,7 +11,9 @@ pub use diagnoses::{
 
 use mlr_filter::DetectorSettings;
 use mlr_model::{Gait, Robot, SimulationSettings};
-use mlr_recover::{Diagnosis, PossibleRobot, RecoverError, RecoverSettings, Recovery, recover};
+use mlr_recover::{
+    Diagnosis, PossibleRobot, RecoverError, RecoverSettings, Recovery, Task, recover,
+};
 use mlr_residual::walk::{NuisanceSettings, WalkError, WalkModel};
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -76,15 +78,12 @@ pub fn recovery_gait(
             simulation: drawn.simulation,
         });
     }
-    let found = recover(
-        of.robot,
-        of.gait,
-        of.diagnosis,
-        &robots,
-        of.detector,
-        settings,
-        &mut generator,
-        progress,
-    )?;
-    Ok(found)
+    let task = Task {
+        robot: of.robot,
+        nominal: of.gait,
+        diagnosis: of.diagnosis,
+        robots: &robots,
+        detector: of.detector,
+    };
+    Ok(recover(task, settings, &mut generator, progress)?)
 }

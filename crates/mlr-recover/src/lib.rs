@@ -30,7 +30,7 @@ mod what_is_left;
 pub use diagnosis::Diagnosis;
 pub use gait_plan::GaitPlan;
 pub use possible_robot::PossibleRobot;
-pub use recovery::{Outlook, RecoverError, Recovery, recover};
+pub use recovery::{Outlook, RecoverError, Recovery, Task, recover};
 pub use rows::NotFollowed;
 pub use settings::RecoverSettings;
 pub use support::margin_m;

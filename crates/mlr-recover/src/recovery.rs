@@ -88,27 +88,35 @@ const STEERED: usize = 2;
 /// Feet of a body that stands.
 const STANDING: usize = 3;
 
-/// Finds a gait for a robot of which so much is left.
-///
-/// `robots` are drawn from what is known of the robot; the gait is optimised on the first of them, and
-/// the report is of all. The threshold for fluctuations is the damage detector's.
+/// What a gait is searched for.
+#[derive(Debug, Clone, Copy)]
+pub struct Task<'a> {
+    /// The robot in full health, as it is described.
+    pub robot: &'a Robot,
+    /// Its nominal gait.
+    pub nominal: &'a Gait,
+    /// What may be left of it.
+    pub diagnosis: &'a Diagnosis,
+    /// Robots that may be this one. The gait is optimised on the first of them, and judged on all.
+    pub robots: &'a [PossibleRobot],
+    /// The damage detector, whose threshold fluctuations should stay below.
+    pub detector: DetectorSettings,
+}
+
+/// Finds a gait for what is left of a robot.
 ///
 /// # Errors
 /// [`RecoverError`].
 pub fn recover(
-    robot: &Robot,
-    nominal: &Gait,
-    diagnosis: &Diagnosis,
-    robots: &[PossibleRobot],
-    detector: DetectorSettings,
+    task: Task<'_>,
     settings: &RecoverSettings,
     generator: &mut impl Rng,
     progress: &dyn Progress,
 ) -> Result<Recovery, RecoverError> {
     settings.check()?;
-    let search = Search::new(robot, nominal, diagnosis, robots, detector, settings)?;
+    let search = Search::new(task, settings)?;
     progress.expect_more(3 + settings.generations + STEERED + 1);
-    let before = search.nominal_outlook(nominal)?;
+    let before = search.nominal_outlook()?;
     progress.advance();
     let (mut screened, orders) = search.screened(generator)?;
     progress.advance();
@@ -123,9 +131,22 @@ pub fn recover(
     search.finished(best.plan, orders, before, progress)
 }
 
+/// A gait with the way into it, and how all robots walk with it.
+struct Whole {
+    gait: Gait,
+    first: FirstSteps,
+    played: Vec<Played>,
+}
+
+/// How one robot walks with a gait; `None` where it diverges.
+struct Played {
+    walking: Option<Walking>,
+    /// Largest fluctuation from its first step on.
+    fluctuation_deg: f64,
+}
+
 struct Search<'a> {
-    diagnosis: &'a Diagnosis,
-    robots: &'a [PossibleRobot],
+    task: Task<'a>,
     settings: &'a RecoverSettings,
     joints: Joints<'a>,
     criterion: Criterion,
@@ -137,15 +158,9 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(
-        robot: &'a Robot,
-        nominal: &Gait,
-        diagnosis: &'a Diagnosis,
-        robots: &'a [PossibleRobot],
-        detector: DetectorSettings,
-        settings: &'a RecoverSettings,
-    ) -> Result<Self, RecoverError> {
-        if robots.is_empty() {
+    fn new(task: Task<'a>, settings: &'a RecoverSettings) -> Result<Self, RecoverError> {
+        let Task { robot, nominal, .. } = task;
+        if task.robots.is_empty() {
             return Err(RecoverError::NoRobots);
         }
         let commands = JointCommands::new(robot, nominal, 0.0)?;
@@ -170,15 +185,16 @@ impl<'a> Search<'a> {
             feet.stride_m.abs() / stance_s
         });
         Ok(Self {
-            diagnosis,
-            robots,
+            task,
             settings,
             joints: Joints {
                 robot,
-                left: diagnosis.most_probable(),
+                left: task.diagnosis.most_probable(),
                 most_turn_rad: settings.most_turn_deg.to_radians(),
             },
-            criterion: Criterion { detector },
+            criterion: Criterion {
+                detector: task.detector,
+            },
             stance_rad,
             feet_m: tips.iter().map(|tip| [tip.x, tip.y]).collect(),
             body_height_m: -lowest_m,
@@ -188,10 +204,10 @@ impl<'a> Search<'a> {
     }
 
     fn trial(&self) -> Trial<'a> {
-        let few = self.settings.robots.min(self.robots.len());
+        let robots = self.task.robots;
         Trial {
             joints: self.joints,
-            robots: &self.robots[..few],
+            robots: &robots[..self.settings.robots.min(robots.len())],
             criterion: self.criterion,
             generations: self.settings.generations,
         }
@@ -211,7 +227,7 @@ impl<'a> Search<'a> {
         let mut all = Vec::new();
         let mut orders_in_all = 0;
         let speeds = SPEEDS.map(|share| share * self.nominal_speed_m_per_s);
-        let sets = self.diagnosis.walking_sets(self.feet_m.len());
+        let sets = self.task.diagnosis.walking_sets(self.feet_m.len());
         let most = sets.iter().map(Vec::len).max().unwrap_or(0);
         if most < 2 {
             return Err(RecoverError::TooFewLegs(most));
@@ -232,43 +248,49 @@ impl<'a> Search<'a> {
                 stance_m: self.feet_m.clone(),
                 sway_m: [[0.0; 4]; 2],
             };
-            all.extend(screen(&statics, &plan, &orders, &speeds, generator));
+            let steps = self.settings.screen_steps;
+            all.extend(screen(&statics, &plan, &orders, &speeds, steps, generator));
         }
         all.sort_by(|a, b| b.promise().total_cmp(&a.promise()));
         Ok((all, orders_in_all))
     }
 
-    fn nominal_outlook(&self, nominal: &Gait) -> Result<Outlook, RecoverError> {
+    fn nominal_outlook(&self) -> Result<Outlook, RecoverError> {
+        let nominal = self.task.nominal;
         let from_s = nominal.steady_from_s();
         let cycle_s = nominal.period_s;
         let walks = self.walks(nominal, from_s, cycle_s, NOMINAL_CYCLES)?;
         // Whatever its margin is: it is there already.
-        let walks = walks.into_iter().map(|(walking, _)| walking).collect();
-        Ok(self.outlook(f64::INFINITY, walks))
+        Ok(self.outlook(f64::INFINITY, &walks))
     }
 
-    /// How each robot walks with a gait, and its fluctuation before.
+    /// How each robot walks with a gait.
     fn walks(
         &self,
         gait: &Gait,
         from_s: f64,
         cycle_s: f64,
         cycles: f64,
-    ) -> Result<Vec<(Option<Walking>, f64)>, RecoverError> {
+    ) -> Result<Vec<Played>, RecoverError> {
         let detector = self.criterion.detector;
-        let each = self.robots.par_iter().map(|robot| {
+        let each = self.task.robots.par_iter().map(|robot| {
             let walked = robot.walk(gait, from_s + cycles * cycle_s)?;
-            let Some(walked) = walked else {
-                return Ok((None, f64::INFINITY));
-            };
-            let onset = fluctuation_deg(&walked, 0, detector);
-            let walking = Walking::of(robot, &walked, from_s, cycle_s, detector);
-            Ok((Some(walking), onset))
+            Ok(match walked {
+                Some(walked) => Played {
+                    walking: Some(Walking::of(robot, &walked, from_s, cycle_s, detector)),
+                    fluctuation_deg: fluctuation_deg(&walked, 0, detector),
+                },
+                None => Played {
+                    walking: None,
+                    fluctuation_deg: f64::INFINITY,
+                },
+            })
         });
         each.collect::<Result<_, ModelError>>().map_err(Into::into)
     }
 
-    fn outlook(&self, margin_m: f64, walks: Vec<Option<Walking>>) -> Outlook {
+    fn outlook(&self, margin_m: f64, played: &[Played]) -> Outlook {
+        let walks: Vec<Option<Walking>> = played.iter().map(|one| one.walking).collect();
         let calm = walks.iter().flatten();
         let calm = calm.map(|walking| self.criterion.calm_probability(walking));
         let calm_probability = calm.sum::<f64>() / walks.len().max(1) as f64;
@@ -290,19 +312,22 @@ impl<'a> Search<'a> {
         let walking = plan.walking();
         let statics = self.statics(&walking, plan.body_height_m);
         for _ in 0..STEERED {
-            let (_, _, walks) = self.whole(&statics, &plan)?;
-            let turns = walks.iter().filter_map(|(walking, _)| *walking);
+            let played = self.whole(&statics, &plan)?.played;
+            let turns = played.iter().filter_map(|one| one.walking);
             let turn_rad: f64 = turns.map(|walking| walking.turn_rad_per_cycle).sum();
-            plan.turn_rad -= turn_rad / walks.len().max(1) as f64;
+            plan.turn_rad -= turn_rad / played.len().max(1) as f64;
             progress.advance();
         }
         let margin_m = self.joints.margin_m(&plan)?;
-        let (gait, first, walks) = self.whole(&statics, &plan)?;
+        let Whole {
+            gait,
+            first,
+            played,
+        } = self.whole(&statics, &plan)?;
         progress.advance();
-        let onsets = walks.iter().map(|(_, onset_deg)| *onset_deg);
+        let onsets = played.iter().map(|one| one.fluctuation_deg);
         let first_steps_fluctuation_deg = onsets.fold(0.0, f64::max);
-        let walks = walks.into_iter().map(|(walking, _)| walking).collect();
-        let after = self.outlook(margin_m, walks);
+        let after = self.outlook(margin_m, &played);
         Ok(Recovery {
             gait,
             plan,
@@ -316,13 +341,9 @@ impl<'a> Search<'a> {
     }
 
     /// A plan with the way into it, and how all robots walk.
-    fn whole(
-        &self,
-        statics: &Statics,
-        plan: &GaitPlan,
-    ) -> Result<(Gait, FirstSteps, Vec<(Option<Walking>, f64)>), RecoverError> {
+    fn whole(&self, statics: &Statics, plan: &GaitPlan) -> Result<Whole, RecoverError> {
         let first = FirstSteps::into(statics, plan, &self.feet_m);
-        let joints = self.joints.from_stance(&self.stance_rad, plan, &first)?;
+        let joints = self.joints.whole(&self.stance_rad, plan, &first)?;
         let cycle_s = joints.repeat_rows().map_or(1, |rows| rows.len()) as f64 * joints.row_s();
         let gait = Gait {
             name: "recovery".into(),
@@ -330,8 +351,12 @@ impl<'a> Search<'a> {
             motion: Motion::Joints(joints),
         };
         let from_s = gait.steady_from_s() + 0.5 * cycle_s;
-        let walks = self.walks(&gait, from_s, cycle_s, CYCLES)?;
-        Ok((gait, first, walks))
+        let played = self.walks(&gait, from_s, cycle_s, CYCLES)?;
+        Ok(Whole {
+            gait,
+            first,
+            played,
+        })
     }
 }
 

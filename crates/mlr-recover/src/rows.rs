@@ -123,7 +123,7 @@ impl<'a> Joints<'a> {
     ///
     /// # Errors
     /// [`NotFollowed`].
-    pub(crate) fn from_stance(
+    pub(crate) fn whole(
         &self,
         stance_rad: &[Vec<f64>],
         plan: &GaitPlan,

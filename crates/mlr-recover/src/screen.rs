@@ -20,8 +20,7 @@ pub(crate) struct Screened {
 
 /// Time of a slot of the cycle.
 const SLOT_S: f64 = 0.4;
-/// Steps of the search over all plans, at least and at most of them for each.
-const ALL_STEPS: usize = 800_000;
+/// Steps of the search for each plan, at least and at most.
 const STEPS: std::ops::RangeInclusive<usize> = 250..=8000;
 /// More steps for each of those that are looked at more closely.
 const MORE_STEPS: usize = 1200;
@@ -39,12 +38,14 @@ const WIDTH_M: f64 = 0.004;
 
 /// The most promising plan of each order at each of some speeds, best first.
 ///
-/// `nominal` gives everything but order, duration and speed.
+/// `nominal` gives everything but order, duration and speed. The search takes about so many steps in
+/// all.
 pub(crate) fn screen(
     statics: &Statics,
     nominal: &GaitPlan,
     orders: &[SwingOrder],
     speeds_m_per_s: &[f64],
+    steps: usize,
     generator: &mut impl Rng,
 ) -> Vec<Screened> {
     let assessed = |plan: GaitPlan| Screened {
@@ -68,7 +69,7 @@ pub(crate) fn screen(
         sort(&mut screened);
         screened.truncate(MOST);
     }
-    let steps = ALL_STEPS / screened.len().max(1);
+    let steps = steps / screened.len().max(1);
     for steps in [steps.clamp(*STEPS.start(), *STEPS.end()), MORE_STEPS] {
         let seeds: Vec<u64> = screened.iter().map(|_| generator.random()).collect();
         screened = screened

@@ -4,7 +4,7 @@
 use mlr_filter::DetectorSettings;
 use mlr_model::{Gait, JointTrajectory, Morphology, Motion, Robot, SimulationSettings};
 use mlr_recover::{
-    Diagnosis, PossibleRobot, RecoverError, RecoverSettings, Recovery, WhatIsLeft, recover,
+    Diagnosis, PossibleRobot, RecoverError, RecoverSettings, Recovery, Task, WhatIsLeft, recover,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -19,21 +19,20 @@ fn recovered(legs_lost: &str, generations: usize) -> Result<Recovery, RecoverErr
         simulation: left.simulated(&SimulationSettings::default()),
     };
     let settings = RecoverSettings {
+        screen_steps: 10_000,
         robots: 1,
         judged_robots: 1,
         generations,
         ..RecoverSettings::default()
     };
-    recover(
-        &robot,
-        &Gait::tripod(),
-        &Diagnosis::certain(left),
-        &[possible],
-        DetectorSettings::default(),
-        &settings,
-        &mut ChaCha8Rng::seed_from_u64(1),
-        &(),
-    )
+    let task = Task {
+        robot: &robot,
+        nominal: &Gait::tripod(),
+        diagnosis: &Diagnosis::certain(left),
+        robots: &[possible],
+        detector: DetectorSettings::default(),
+    };
+    recover(task, &settings, &mut ChaCha8Rng::seed_from_u64(1), &())
 }
 
 fn joints(found: &Recovery) -> &JointTrajectory {

@@ -146,6 +146,7 @@ mod tests {
             robot: Arc::clone(&known.robot),
         };
         let little = RecoverSettings {
+            screen_steps: 1,
             robots: 1,
             judged_robots: 1,
             generations: 0,

@@ -8,7 +8,8 @@ use serde_json::Value;
 use crate::program::Folder;
 
 /// A search of a few seconds.
-const QUICK: &str = "[recovery]\nrobots = 1\njudged_robots = 2\ngenerations = 1\n";
+const QUICK: &str =
+    "[recovery]\nscreen_steps = 10000\nrobots = 1\njudged_robots = 2\ngenerations = 1\n";
 
 /// An answer that leaves open whether legs 3 and 4 are gone or only leg 3 and what is beyond the coxa of
 /// leg 4.

@@ -120,6 +120,7 @@ generations = 1
 islands = 1
 refine = false
 [recovery]
+screen_steps = 1
 robots = 1
 judged_robots = 1
 generations = 0
