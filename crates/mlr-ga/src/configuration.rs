@@ -5,6 +5,7 @@ use std::thread;
 use mlr_filter::SettingError;
 use mlr_imu::{FullScale, Mounting};
 use mlr_model::located;
+use mlr_recover::RecoverSettings;
 use mlr_residual::walk::EvidenceSettings;
 use serde::{
     Deserialize, Serialize,
@@ -41,6 +42,8 @@ pub struct Configuration {
     pub identification: IdentifySettings,
     /// Explanation.
     pub explanation: EvidenceSettings,
+    /// Search for a recovery gait.
+    pub recovery: RecoverSettings,
 }
 
 /// What is wrong with a configuration file.
@@ -107,6 +110,7 @@ impl Configuration {
             ("mounting", self.mounting.check()),
             ("identification", self.identification.check()),
             ("explanation", self.explanation.check()),
+            ("recovery", self.recovery.check()),
         ] {
             checked.map_err(|error| error.under(section))?;
         }
@@ -171,12 +175,13 @@ macro_rules! sections {
             mounting: Mounting,
             identification: IdentifySettings,
             explanation: EvidenceSettings,
+            recovery: RecoverSettings,
             $($daemons: IgnoredAny,)+
         }
 
         impl Sections {
             const KEYS: &[&str] = &[
-                "full_scale", "mounting", "identification", "explanation",
+                "full_scale", "mounting", "identification", "explanation", "recovery",
                 $(stringify!($daemons)),+
             ];
         }
@@ -195,6 +200,7 @@ sections![
     threads,
     seed,
     explain,
+    recover,
     learn,
     learning,
     robot,
@@ -210,6 +216,7 @@ impl From<Sections> for Configuration {
             mounting,
             identification,
             explanation,
+            recovery,
             ..
         } = sections;
         Self {
@@ -217,6 +224,7 @@ impl From<Sections> for Configuration {
             mounting,
             identification,
             explanation,
+            recovery,
         }
     }
 }

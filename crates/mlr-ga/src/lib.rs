@@ -55,6 +55,7 @@ mod objective;
 mod paper_cost;
 mod probe;
 mod recording;
+mod recover;
 pub mod scoring;
 pub mod walks;
 
@@ -85,6 +86,10 @@ pub use paper_cost::{PaperCost, PaperFit};
 pub use probe::{
     CalibrationMotion, ProbeError, ProbeReport, ProbeSettings, ReportedParameter, ReportedSegment,
     Segment, calibration_motion,
+};
+pub use recover::{
+    AnswerFileError, NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook,
+    diagnosis_of_explanation, diagnosis_of_identification, diagnosis_of_json, recovery_gait,
 };
 
 // What every use of this crate needs of the others.

@@ -26,9 +26,23 @@ pub fn foot_tip(leg: &Leg, angles_rad: &[f64]) -> Point3<f64> {
     )
 }
 
+/// Mass of the leg's innermost links, as many as there are angles, and its first moment about the
+/// body's origin in kg m, body frame.
+pub fn mass_moment(leg: &Leg, angles_rad: &[f64]) -> (f64, Vector3<f64>) {
+    let links = leg.links.iter().zip(chain(leg, angles_rad));
+    links.fold((0.0, Vector3::zeros()), |(mass_kg, moment), (link, tip)| {
+        let back_m = link.center_of_mass_m - link.length_m;
+        let center = tip * Point3::new(back_m, 0.0, 0.0);
+        (
+            mass_kg + link.mass_kg,
+            moment + link.mass_kg * center.coords,
+        )
+    })
+}
+
 /// Height over the body's origin of the lowest point with which the leg can touch the ground,
 /// with the joints at `angles_rad`; `None` for a leg without contacts.
-pub(crate) fn lowest_contact_m(leg: &Leg, angles_rad: &[f64]) -> Option<f64> {
+pub fn lowest_contact_m(leg: &Leg, angles_rad: &[f64]) -> Option<f64> {
     let lowest = leg.links.iter().zip(chain(leg, angles_rad));
     lowest
         .filter_map(|(link, tip)| {

@@ -52,7 +52,10 @@ mod variation;
 pub use assembly::{AssembledLeg, Assembly, LinkPart};
 pub use error::ModelError;
 pub use fault::Fault;
-pub use gait::{FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, Motion};
+pub use gait::{
+    FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, LEAST_JERK_PEAK, Motion,
+    least_jerk_share,
+};
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
 pub use rigid_mass::RigidMass;

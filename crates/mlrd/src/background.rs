@@ -1,4 +1,4 @@
-//! What is done when nothing else is to be done: explanations, and then learning.
+//! What is done when nothing else is to be done: explanations, then recovery gaits, and then learning.
 
 use std::{
     collections::VecDeque,
@@ -11,6 +11,7 @@ use std::{
 };
 
 use mlr_model::Robot;
+use mlr_recover::RecoverSettings;
 use mlr_residual::walk::{EvidenceSettings, Sensing};
 
 use crate::{
@@ -19,6 +20,7 @@ use crate::{
     monitor::{Request, WalkStretch},
     output::Messages,
     priority,
+    recovery_offer::{NoOffer, RecoverJob, RecoveryOffer},
     robot_model::RobotModel,
 };
 
@@ -33,7 +35,10 @@ pub enum Job {
     /// Explain a walk of a robot known like this. Those that are asked for later replace those that
     /// wait.
     Explain(Box<Request>, Sensing, Arc<Robot>),
-    /// Learn from a walk. Explanations come first.
+    /// Find a gait that walks again. Explanations come first; one that is asked for later replaces one
+    /// that waits.
+    Recover(Box<RecoverJob>),
+    /// Learn from a walk, after everything else.
     Learn(Box<LearnJob>),
 }
 
@@ -57,6 +62,8 @@ pub struct LearnJob {
 pub enum Done {
     /// An explanation.
     Explained(Box<Explained>),
+    /// A gait that walks again, or why there is none.
+    Recovered(Result<Box<RecoveryOffer>, NoOffer>),
     /// A lesson, or why there is none, and how long it took.
     Learned(Result<Outcome, LearnError>, Duration),
 }
@@ -66,6 +73,7 @@ struct Bench {
     pool: rayon::ThreadPool,
     known: Arc<RobotModel>,
     explanation: EvidenceSettings,
+    recovery: RecoverSettings,
     forgetting: f64,
 }
 
@@ -77,6 +85,7 @@ impl Background {
     pub fn new(
         known: Arc<RobotModel>,
         explanation: EvidenceSettings,
+        recovery: RecoverSettings,
         forgetting: f64,
         messages: Messages,
         done: Sender<Done>,
@@ -95,6 +104,7 @@ impl Background {
                 .build()?,
             known,
             explanation,
+            recovery,
             forgetting,
         };
         let (jobs, to_do) = mpsc::channel();
@@ -114,23 +124,25 @@ impl Background {
 
 impl Bench {
     fn serve(&self, to_do: &Receiver<Job>, done: &Sender<Done>) {
-        let (mut explanation, mut lessons) = (None, VecDeque::new());
+        let mut waiting = Waiting::default();
         loop {
-            if explanation.is_none() && lessons.is_empty() {
+            if waiting.is_empty() {
                 match to_do.recv() {
-                    Ok(job) => sort_in(job, &mut explanation, &mut lessons),
+                    Ok(job) => waiting.sort_in(job),
                     Err(_) => return,
                 }
             }
             for job in to_do.try_iter() {
-                sort_in(job, &mut explanation, &mut lessons);
+                waiting.sort_in(job);
             }
-            let answer = match explanation.take() {
-                Some((request, sensing, robot)) => self.explain(*request, sensing, &robot),
-                None => match lessons.pop_front() {
-                    Some(job) => self.learn(&job),
-                    None => continue,
-                },
+            let answer = if let Some((request, sensing, robot)) = waiting.explanation.take() {
+                self.explain(*request, sensing, &robot)
+            } else if let Some(job) = waiting.recovery.take() {
+                self.recover(&job)
+            } else if let Some(job) = waiting.lessons.pop_front() {
+                self.learn(&job)
+            } else {
+                continue;
             };
             if done.send(answer).is_err() {
                 return;
@@ -144,6 +156,14 @@ impl Bench {
             .pool
             .install(|| explain_request(request, sensing, robot, known, settings));
         Done::Explained(Box::new(explained))
+    }
+
+    fn recover(&self, job: &RecoverJob) -> Done {
+        let (known, settings) = (&self.known, &self.recovery);
+        let found = self
+            .pool
+            .install(|| job.done(known, &self.explanation, settings));
+        Done::Recovered(found.map(Box::new))
     }
 
     fn learn(&self, job: &LearnJob) -> Done {
@@ -164,11 +184,26 @@ impl Bench {
     }
 }
 
-type Explanation = (Box<Request>, Sensing, Arc<Robot>);
+/// Jobs that wait for their turn.
+#[derive(Default)]
+struct Waiting {
+    explanation: Option<(Box<Request>, Sensing, Arc<Robot>)>,
+    recovery: Option<Box<RecoverJob>>,
+    lessons: VecDeque<Box<LearnJob>>,
+}
 
-fn sort_in(job: Job, explanation: &mut Option<Explanation>, lessons: &mut VecDeque<Box<LearnJob>>) {
-    match job {
-        Job::Explain(request, sensing, robot) => *explanation = Some((request, sensing, robot)),
-        Job::Learn(job) => lessons.push_back(job),
+impl Waiting {
+    fn is_empty(&self) -> bool {
+        self.explanation.is_none() && self.recovery.is_none() && self.lessons.is_empty()
+    }
+
+    fn sort_in(&mut self, job: Job) {
+        match job {
+            Job::Explain(request, sensing, robot) => {
+                self.explanation = Some((request, sensing, robot));
+            }
+            Job::Recover(job) => self.recovery = Some(job),
+            Job::Learn(job) => self.lessons.push_back(job),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, time::SystemTime};
 
-use mlr_ga::{CalibrationReport, ExplanationReport, IdentificationReport};
+use mlr_ga::{CalibrationReport, ExplanationReport, IdentificationReport, RecoveryReport};
 use mlr_residual::walk::Sensing;
 use serde::Serialize;
 
@@ -114,6 +114,15 @@ pub enum Kind {
         /// As `mlr-ga explain` reports it.
         result: Box<ExplanationReport>,
     },
+    /// A gait was found that walks again with what is left of the robot. Nothing is commanded.
+    RecoveryGait {
+        /// The gait in TOML, which every command takes as --gait.
+        gait: PathBuf,
+        /// The same as the joint angles that a controller plays.
+        joints: PathBuf,
+        /// As `mlr-ga recover` reports it.
+        result: Box<RecoveryReport>,
+    },
     /// A healthy walk told more of the robot: identifications and explanations use it from now on.
     Calibrated {
         /// As `mlr-ga calibrate` reports it.
@@ -205,6 +214,7 @@ impl Kind {
             {
                 Level::Warn
             }
+            Self::RecoveryGait { result, .. } if !result.statically_stable => Level::Warn,
             _ => Level::Ok,
         }
     }

@@ -81,6 +81,7 @@ pub(crate) mod tests {
     use mlr_ga::WalkStart;
     use mlr_imu::quality::LogQuality;
     use mlr_model::{Morphology, Robot};
+    use mlr_recover::RecoverSettings;
 
     use super::*;
     use crate::{
@@ -199,7 +200,15 @@ pub(crate) mod tests {
         let (send, answers) = mpsc::channel();
         let messages = Messages::to_stderr().unwrap();
         let explanation = EvidenceSettings::default();
-        let background = Background::new(known, explanation, 0.1, messages, send).unwrap();
+        let background = Background::new(
+            known,
+            explanation,
+            RecoverSettings::default(),
+            0.1,
+            messages,
+            send,
+        )
+        .unwrap();
         let times_s: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.005).collect();
         // A robot at rest, with a little noise.
         let still: Vec<f64> = (0..1000)

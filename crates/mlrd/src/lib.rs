@@ -27,6 +27,7 @@ mod options;
 pub mod output;
 mod priority;
 pub mod recorder;
+pub mod recovery_offer;
 pub mod robot_model;
 pub mod sample_rate;
 pub mod saved_state;

@@ -58,6 +58,9 @@ pub struct Options {
     /// Do not explain walks that were identified.
     #[arg(long)]
     no_explain: bool,
+    /// Do not offer a recovery gait for damage that was identified.
+    #[arg(long)]
+    no_recover: bool,
     /// Do not learn the robot's own parameters from healthy walks.
     #[arg(long)]
     no_learn: bool,
@@ -92,6 +95,7 @@ impl Options {
             threads,
             seed,
             no_explain,
+            no_recover,
             no_learn,
             ..
         } = *self;
@@ -100,6 +104,7 @@ impl Options {
         settings.seed = seed.unwrap_or(settings.seed);
         settings.threads = threads.or(settings.threads);
         settings.explain &= !no_explain;
+        settings.recover &= !no_recover;
         settings.learn &= !no_learn;
         for (option, setting) in [
             (&self.state_dir, &mut settings.state_dir),
@@ -127,6 +132,8 @@ impl Options {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     #[test]
@@ -149,6 +156,12 @@ mod tests {
         };
         assert!(settings(&[]).explain);
         assert!(!settings(&["--no-explain"]).explain);
+        // Without a directory there is nowhere to write a gait to.
+        assert_eq!(settings(&[]).recovery_dir(), None);
+        let kept = settings(&["--state-dir", "kept"]);
+        assert_eq!(kept.recovery_dir(), Some(Path::new("kept")));
+        let off = settings(&["--state-dir", "kept", "--no-recover"]);
+        assert_eq!(off.recovery_dir(), None);
         assert!(settings(&["--no-explain"]).learning().is_some());
         assert!(settings(&["--no-learn"]).learning().is_none());
         assert!(settings(&["--no-learn"]).explain);

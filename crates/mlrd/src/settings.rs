@@ -12,6 +12,7 @@ use mlr_ga::{
 };
 use mlr_imu::{FullScale, MAX_TEXT_BYTES, Mounting, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
+use mlr_recover::RecoverSettings;
 use mlr_residual::walk::EvidenceSettings;
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +53,8 @@ pub struct Settings {
     pub seed: u64,
     /// Whether walks that were identified are explained, at the lowest priority.
     pub explain: bool,
+    /// Whether a recovery gait is offered for damage that was identified, at the lowest priority.
+    pub recover: bool,
     /// Whether the robot's own parameters are learned from healthy walks, at the lowest priority.
     pub learn: bool,
     /// Robot description in TOML, instead of the embedded JetHexa.
@@ -72,6 +75,8 @@ pub struct Settings {
     pub identification: IdentifySettings,
     /// Explanation.
     pub explanation: EvidenceSettings,
+    /// Search for a recovery gait.
+    pub recovery: RecoverSettings,
 }
 
 /// Recording of what the sensor says.
@@ -136,6 +141,7 @@ impl Default for Settings {
             threads: None,
             seed: 1,
             explain: true,
+            recover: true,
             learn: true,
             robot: None,
             gait: None,
@@ -146,6 +152,7 @@ impl Default for Settings {
             mounting: Mounting::default(),
             identification: IdentifySettings::default(),
             explanation: EvidenceSettings::default(),
+            recovery: RecoverSettings::default(),
         }
     }
 }
@@ -180,6 +187,12 @@ impl Settings {
     /// method does not have.
     pub(crate) fn explains(&self) -> bool {
         self.explain && self.identification.method == Method::Mlr
+    }
+
+    /// Where recovery gaits are written, if they are offered: from probabilities as well.
+    pub(crate) fn recovery_dir(&self) -> Option<&Path> {
+        let recovers = self.recover && self.identification.method == Method::Mlr;
+        self.state_dir.as_deref().filter(|_| recovers)
     }
 
     /// How healthy walks are learned from, if they are: by probabilities as well.
@@ -234,6 +247,7 @@ impl Settings {
             mounting: self.mounting,
             identification: self.identification.clone(),
             explanation: self.explanation.clone(),
+            recovery: self.recovery,
         }
     }
 

@@ -53,6 +53,21 @@ fn notices_identifies_records_and_remembers() {
     let recording = daemon.next("recording_begun")["path"].clone();
     expect_legs_3_and_4(&daemon);
     let mut line = player.join().unwrap();
+    let offer = daemon.next("recovery_gait");
+    assert_eq!(offer["result"]["schema"], "mlr.recovery/1");
+    assert_eq!(offer["result"]["folded_legs"], serde_json::json!([3, 4]));
+    for (file, name) in [("gait", "recovery-1.toml"), ("joints", "recovery-1.csv")] {
+        let path = Path::new(offer[file].as_str().unwrap());
+        assert_eq!(path, state.join(name));
+        assert!(path.is_file());
+    }
+    let gait = std::fs::read_to_string(offer["gait"].as_str().unwrap()).unwrap();
+    assert!(
+        mlr_model::Gait::from_toml(&gait)
+            .unwrap()
+            .cycle_s()
+            .is_some()
+    );
     line.unplug();
     daemon.next("port_lost");
     daemon.terminate();

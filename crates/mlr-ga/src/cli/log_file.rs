@@ -40,7 +40,7 @@ pub(super) struct LogFiles {
 
 /// How logs are read.
 #[derive(Debug, Args)]
-struct ReadOptions {
+pub(super) struct ReadOptions {
     /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw, qw, qx, qy,
     /// qz, ax, ay, az, gx, gy, gz and the units s, ms, us, ns; rad, deg; mps2, g; radps, dps.
     /// QUANTITY=-NAME turns the sign, as in ay=-ay_mps2.
@@ -134,7 +134,8 @@ impl LogFiles {
     }
 }
 
-fn blame_if(of_the_log: bool, log: &Path, error: anyhow::Error) -> anyhow::Error {
+/// Names a log in an error if that is the log's fault.
+pub(super) fn blame_if(of_the_log: bool, log: &Path, error: anyhow::Error) -> anyhow::Error {
     if of_the_log {
         error.context(log.display().to_string())
     } else {
@@ -143,7 +144,8 @@ fn blame_if(of_the_log: bool, log: &Path, error: anyhow::Error) -> anyhow::Error
 }
 
 impl ReadOptions {
-    fn recording(&self, log: &Path) -> anyhow::Result<Recording> {
+    /// What the sensor recorded.
+    pub(super) fn recording(&self, log: &Path) -> anyhow::Result<Recording> {
         let columns = self.columns()?;
         let read = |table| Recording::from_table(table, &columns);
         Ok(self.limits.read(log, read)?)

@@ -24,6 +24,7 @@ mod output;
 mod plot;
 mod probe;
 mod progress;
+mod recover;
 mod resume;
 mod scored;
 mod search_options;
@@ -87,6 +88,12 @@ enum Command {
     /// some robots drawn from what is known of the robot, and has the greatest expected information
     /// about what they differ by.
     Probe(probe::ProbeOptions),
+    /// Finds a gait that walks again with what is left of a robot.
+    ///
+    /// Every order in which the legs can swing is screened for static stability; the most promising
+    /// gaits walk in the model, on robots drawn from what is known of this one, and the best is
+    /// improved. Nothing is commanded: the gait is written to files.
+    Recover(recover::RecoverOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
     /// Writes what is left of a robot for its controller or another simulator: URDF, MJCF or JSON.
@@ -140,6 +147,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::ExplainServo(options) => explain_servo::run(options),
         Command::Calibrate(options) => calibrate::run(options),
         Command::Probe(options) => probe::run(options),
+        Command::Recover(options) => recover::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Export(options) => export::run(options),
         Command::Import(options) => import::run(options),

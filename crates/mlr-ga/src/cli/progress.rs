@@ -22,6 +22,11 @@ impl Bar {
         Self::over("motions")
     }
 
+    /// A bar over the stages of a search for a gait.
+    pub(super) fn of_gaits() -> Self {
+        Self::over("stages")
+    }
+
     /// A bar over a directory of logs.
     pub(super) fn of_logs(logs: usize) -> Self {
         let bar = Self::over("logs");
@@ -62,6 +67,16 @@ impl Progress for Bar {
 }
 
 impl mlr_residual::Progress for Bar {
+    fn expect_more(&self, steps: usize) {
+        self.0.inc_length(steps as u64);
+    }
+
+    fn advance(&self) {
+        self.0.inc(1);
+    }
+}
+
+impl mlr_recover::Progress for Bar {
     fn expect_more(&self, steps: usize) {
         self.0.inc_length(steps as u64);
     }

@@ -17,5 +17,6 @@ mod joint_trajectories;
 mod paper_method;
 mod probe;
 mod program;
+mod recover;
 mod round_trip;
 mod several_logs;

@@ -37,8 +37,14 @@ impl Default for FoldTiming {
     }
 }
 
+/// How much of its way a motion of least jerk has done after this share of its time (Flash and Hogan
+/// 1985).
+pub fn least_jerk_share(t: f64) -> f64 {
+    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
 /// Greatest speed of a motion of least jerk, over its mean speed.
-const PEAK: f64 = 1.875;
+pub const LEAST_JERK_PEAK: f64 = 1.875;
 /// Within this share of a row a time counts as that row's.
 const TOLERANCE: f64 = 1e-6;
 
@@ -156,7 +162,7 @@ impl FoldedWalk {
             return 0.0;
         }
         let furthest_rad = furthest_rad(stance_rad, folded_rad);
-        let fastest_s = PEAK * furthest_rad / robot.servo().speed_limit_rad_per_s;
+        let fastest_s = LEAST_JERK_PEAK * furthest_rad / robot.servo().speed_limit_rad_per_s;
         timing.fold_s.max(fastest_s)
     }
 }
@@ -174,7 +180,7 @@ fn furthest_rad(from_rad: &[f64], to_rad: &[f64]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Rows from one pose to another with the least jerk (Flash and Hogan 1985), without the first.
+/// Rows from one pose to another with the least jerk, without the first.
 fn least_jerk(
     from_rad: &[f64],
     to_rad: &[f64],
@@ -186,8 +192,7 @@ fn least_jerk(
         if row == count {
             return to_rad.to_vec();
         }
-        let t = row as f64 / count as f64;
-        let share = t * t * t * (10.0 + t * (6.0 * t - 15.0));
+        let share = least_jerk_share(row as f64 / count as f64);
         let each = from_rad.iter().zip(to_rad);
         each.map(|(from, to)| from + share * (to - from)).collect()
     })

@@ -6,7 +6,7 @@ mod foot_motion;
 mod joint_trajectory;
 mod joints_csv;
 
-pub use folded_walk::{FoldTiming, FoldedWalk};
+pub use folded_walk::{FoldTiming, FoldedWalk, LEAST_JERK_PEAK, least_jerk_share};
 pub use foot_motion::{FootMotion, FootTarget};
 pub use joint_trajectory::JointTrajectory;
 

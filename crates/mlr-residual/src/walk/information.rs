@@ -5,12 +5,13 @@ use mlr_model::{
     Gait, Gaussian, LostLinks, Morphology, Record, Robot, RobotParameter, SimulationSettings,
 };
 use nalgebra::{DMatrix, DVector};
-use rand::{Rng, RngExt as _};
+use rand::Rng;
 use rayon::prelude::*;
 
 use super::{
     EvidenceSettings, Nuisance, NuisancePrior, Observation, WalkError, WalkModel, WalkRecord,
     calibration::{left_by_the_engine, updated},
+    drawn::standard_normal,
     evidence::curvature,
     hypothesis::{Hypothesis, Walker},
 };
@@ -297,7 +298,7 @@ fn recorded(recording: &OrientationSeries, seen_s: f64) -> Result<WalkRecord, Wa
 }
 
 /// That of a robot which is level all the time.
-fn level_record(seen_s: f64) -> Result<WalkRecord, WalkError> {
+pub(super) fn level_record(seen_s: f64) -> Result<WalkRecord, WalkError> {
     let samples = ((STAND_S + seen_s) * WalkRecord::RATE_HZ).ceil().max(0.0) as usize + 2;
     let times_s: Vec<f64> = (0..samples)
         .map(|index| index as f64 * WalkRecord::PERIOD_S)
@@ -327,13 +328,6 @@ fn greatest_tilt_deg(orientation: &OrientationSeries) -> f64 {
     let each = angles_rad.roll.iter().zip(&angles_rad.pitch);
     let tilts = each.map(|(roll, pitch)| libm::acos(libm::cos(*roll) * libm::cos(*pitch)));
     tilts.fold(0.0, f64::max).to_degrees()
-}
-
-/// A number with a standard normal distribution (Box and Muller 1958).
-fn standard_normal(generator: &mut impl Rng) -> f64 {
-    let (radius, angle): (f64, f64) = (generator.random(), generator.random());
-    let radius = libm::sqrt(-2.0 * libm::log(1.0 - radius));
-    radius * libm::cos(std::f64::consts::TAU * angle)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod calibrated_walk;
 mod calibration;
 mod decomposition;
 mod discrepancy;
+mod drawn;
 mod evidence;
 mod hypothesis;
 mod information;

@@ -1,6 +1,9 @@
-//! What the monitor wants done, and what comes of it: identifications and explanations.
+//! What the monitor wants done, and what comes of it: identifications, explanations and recovery gaits.
 
 use std::{sync::Arc, time::SystemTime};
+
+use mlr_ga::{diagnosis_of_explanation, diagnosis_of_identification};
+use mlr_recover::Diagnosis;
 
 use super::Service;
 use crate::{
@@ -8,6 +11,7 @@ use crate::{
     event::Kind,
     explainer::Explained,
     monitor::Action,
+    recovery_offer::{NoOffer, RecoverJob, RecoveryOffer},
     saved_state::KnownMorphology,
     sensor_correction,
     worker::{Answer, Worker},
@@ -61,9 +65,18 @@ impl Service {
                     self.state.last_known = Some(known);
                     self.save();
                 }
+                let found = &report.identification;
+                let is_damage = !found.implausible && !found.damaged_legs.is_empty();
+                let diagnosis = is_damage.then(|| diagnosis_of_identification(found));
                 let result = Box::new(report);
                 self.tell(Kind::Identified { result });
-                if let Some(next) = self.monitor.identified(number) {
+                let next = self.monitor.identified(number);
+                // What else is wrong may forbid what lost legs allow.
+                match next {
+                    Some(Action::Explain(_)) if self.explains => self.to_recover = diagnosis,
+                    _ => self.recover_from(diagnosis),
+                }
+                if let Some(next) = next {
                     self.act(next);
                 }
             }
@@ -84,13 +97,20 @@ impl Service {
             report,
             corrected,
         } = explained;
+        let identified = self.to_recover.take();
         let report = match report {
             _ if !self.monitor.is_sound(number) => {
                 return self.warn("explanation: the sensor had a fault during this walk");
             }
             Ok(report) => report,
-            Err(error) => return self.warn(&format!("explanation: {error}")),
+            Err(error) => {
+                self.warn(&format!("explanation: {error}"));
+                return self.recover_from(identified);
+            }
         };
+        let known = diagnosis_of_explanation(self.lessons.known.robot(), &report.explanation);
+        let impaired = !known.most_probable().is_sound();
+        self.recover_from(impaired.then_some(known));
         let better = sensor_correction::known_better(corrected, &report.explanation);
         let result = Box::new(report);
         self.tell(Kind::Explained { result });
@@ -105,5 +125,34 @@ impl Service {
             sensor_correction::in_words(&sensing)
         ));
         self.tell(Kind::SensorCorrected { sensing });
+    }
+
+    /// Asks for a gait that walks again, where one is to be offered.
+    fn recover_from(&mut self, diagnosis: Option<Diagnosis>) {
+        if let Some(diagnosis) = diagnosis.filter(|_| self.recovery_dir.is_some()) {
+            let robot = Arc::clone(self.lessons.known.robot());
+            self.ask(Job::Recover(Box::new(RecoverJob { diagnosis, robot })));
+        }
+    }
+
+    pub(super) fn recovered(&mut self, found: Result<Box<RecoveryOffer>, NoOffer>) {
+        let offer = match found {
+            Ok(offer) => offer,
+            Err(error) => return self.warn(&format!("recovery gait: {error}")),
+        };
+        let Some(dir) = &self.recovery_dir else {
+            return;
+        };
+        match offer.write(dir) {
+            Ok([gait, joints]) => {
+                let result = Box::new(offer.report);
+                self.tell(Kind::RecoveryGait {
+                    gait,
+                    joints,
+                    result,
+                });
+            }
+            Err(error) => self.warn(&format!("recovery gait: {error}")),
+        }
     }
 }

@@ -6,6 +6,7 @@ mod start;
 
 use std::{
     io,
+    path::PathBuf,
     process::ExitCode,
     sync::{
         Arc,
@@ -15,6 +16,7 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
+use mlr_recover::Diagnosis;
 use nalgebra::Vector3;
 
 use self::lessons::Lessons;
@@ -75,6 +77,10 @@ struct Service {
     done: Receiver<Done>,
     background: Option<Background>,
     explains: bool,
+    /// Where recovery gaits are written, if they are offered.
+    recovery_dir: Option<PathBuf>,
+    /// Damage that a gait is to be found for once it is explained.
+    to_recover: Option<Diagnosis>,
     lessons: Lessons,
     sensor: Sensor,
     /// The sensor has a fault: what it says is recorded and not watched.
@@ -121,6 +127,7 @@ impl Service {
             while let Ok(done) = self.done.try_recv() {
                 match done {
                     Done::Explained(explained) => self.explained(*explained),
+                    Done::Recovered(found) => self.recovered(found),
                     Done::Learned(outcome, busy) => self.learned(outcome, busy),
                 }
             }

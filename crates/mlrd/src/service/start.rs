@@ -2,6 +2,7 @@
 
 use std::{
     io,
+    path::Path,
     sync::{
         Arc,
         atomic::AtomicBool,
@@ -42,12 +43,21 @@ impl Service {
         let worker = Worker::new(settings, Arc::clone(&known), send_answer)?;
         let (send_done, done) = mpsc::channel();
         let (explains, learning) = (settings.explains(), settings.learning());
-        let background = (explains || learning.is_some())
+        let recovery_dir = settings.recovery_dir().map(Path::to_path_buf);
+        let background = (explains || learning.is_some() || recovery_dir.is_some())
             .then(|| {
                 let known = Arc::clone(&known);
                 let explanation = settings.explanation.clone();
-                let forgetting = settings.learning.forgetting;
-                Background::new(known, explanation, forgetting, messages.clone(), send_done)
+                let (recovery, forgetting) = (settings.recovery, settings.learning.forgetting);
+                let messages = messages.clone();
+                Background::new(
+                    known,
+                    explanation,
+                    recovery,
+                    forgetting,
+                    messages,
+                    send_done,
+                )
             })
             .transpose()?;
         let identification = &settings.identification;
@@ -100,6 +110,8 @@ impl Service {
             done,
             background,
             explains,
+            recovery_dir,
+            to_recover: None,
             lessons,
             begin: Instant::now(),
             last_heard: Instant::now(),

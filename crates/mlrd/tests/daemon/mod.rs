@@ -108,7 +108,8 @@ pub(crate) fn signal(process: u32, name: &str) {
 /// that is waited for here.
 pub(crate) const HANG: Duration = Duration::from_secs(30 * 60);
 
-/// Settings with which an identification does the least that it can: a few seconds of work.
+/// Settings with which an identification and the search for a recovery gait do the least that they can:
+/// a few seconds of work each.
 pub(crate) const QUICK: &str = "
 [identification]
 leaders = 1
@@ -118,6 +119,11 @@ population = 4
 generations = 1
 islands = 1
 refine = false
+[recovery]
+screen_steps = 1
+robots = 1
+judged_robots = 1
+generations = 0
 ";
 
 /// The log whose robot stands for 6 s, walks, and loses legs 3 and 4 at 19 s.

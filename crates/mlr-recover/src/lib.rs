@@ -1,0 +1,53 @@
+//! A gait that walks again, for what is left of a damaged legged robot.
+//!
+//! [`recover()`] finds which legs swing when, where they stand, and how the body sways over them:
+//!
+//! 1. A quasi-static screen of every order in which the remaining legs can swing: the centre of mass
+//!    stays inside the polygon of the feet that stand, every foot within reach.
+//! 2. The most promising plans walk in the simulated model, on several robots that may be the case, and
+//!    an evolution strategy improves the best.
+//! 3. The way from the nominal stance into the gait: legs that do not walk are folded, and the others
+//!    step to their places one after the other.
+
+mod criterion;
+mod diagnosis;
+mod first_steps;
+mod footholds;
+mod gait_plan;
+mod optimise;
+mod possible_robot;
+mod random;
+mod recovery;
+mod rows;
+mod screen;
+mod settings;
+mod statics;
+mod support;
+mod swing_order;
+mod walking;
+mod what_is_left;
+
+pub use diagnosis::Diagnosis;
+pub use gait_plan::GaitPlan;
+pub use possible_robot::PossibleRobot;
+pub use recovery::{Outlook, RecoverError, Recovery, Task, recover};
+pub use rows::NotFollowed;
+pub use settings::RecoverSettings;
+pub use support::margin_m;
+pub use swing_order::{SwingOrder, swing_orders};
+pub use walking::Walking;
+pub use what_is_left::WhatIsLeft;
+
+/// Is told how far a longer computation has come.
+pub trait Progress: Sync {
+    /// So many more steps than expected before.
+    fn expect_more(&self, steps: usize);
+    /// One more step is done.
+    fn advance(&self);
+}
+
+/// Tells nobody.
+impl Progress for () {
+    fn expect_more(&self, _: usize) {}
+    fn advance(&self) {}
+}
