@@ -14,7 +14,7 @@ use crate::{
     gait_plan::GaitPlan,
     optimise::Trial,
     possible_robot::PossibleRobot,
-    rows::{Joints, NotFollowed},
+    rows::{Joints, NotFollowed, reached_rad},
     screen::{Screened, screen},
     statics::Statics,
     support::Ground,
@@ -127,8 +127,12 @@ pub fn recover(
     progress.advance();
     let start = start.ok_or(RecoverError::TooFewLegs(0))?;
     trial.joints.of_gait(&start.plan)?;
-    let best = trial.improved(start, generator, progress)?;
-    search.finished(best.plan, orders, before, progress)
+    let best = trial.improved(start.clone(), generator, progress)?;
+    match search.finished(best.plan, orders, &before, progress) {
+        // Where the way into the best gait is barred, into the one that it came from it may not be.
+        Err(RecoverError::NoGait(_)) => search.finished(start.plan, orders, &before, progress),
+        finished => finished,
+    }
 }
 
 /// A gait with the way into it, and how all robots walk with it.
@@ -177,7 +181,7 @@ impl<'a> Search<'a> {
             .collect();
         let tips = robot.legs().iter().zip(&stance_rad);
         let tips: Vec<_> = tips
-            .map(|(leg, angles_rad)| kinematics::foot_tip(leg, angles_rad))
+            .map(|(leg, angles_rad)| kinematics::foot_tip(leg, &reached_rad(leg, angles_rad)))
             .collect();
         let lowest_m = tips.iter().map(|tip| tip.z).fold(f64::INFINITY, f64::min);
         let speed = nominal.feet().map(|feet| {
@@ -306,7 +310,7 @@ impl<'a> Search<'a> {
         &self,
         mut plan: GaitPlan,
         orders: usize,
-        before: Outlook,
+        before: &Outlook,
         progress: &dyn Progress,
     ) -> Result<Recovery, RecoverError> {
         let walking = plan.walking();
@@ -316,6 +320,7 @@ impl<'a> Search<'a> {
             let turns = played.iter().filter_map(|one| one.walking);
             let turn_rad: f64 = turns.map(|walking| walking.turn_rad_per_cycle).sum();
             plan.turn_rad -= turn_rad / played.len().max(1) as f64;
+            plan = self.joints.slowed(plan)?;
             progress.advance();
         }
         let margin_m = self.joints.margin_m(&plan)?;
@@ -334,7 +339,7 @@ impl<'a> Search<'a> {
             margin_m,
             first_steps_margin_m: first.margin_m,
             orders,
-            before,
+            before: before.clone(),
             after,
             first_steps_fluctuation_deg,
         })

@@ -1,6 +1,6 @@
 //! Joint angles of a plan, row by row.
 
-use mlr_model::{JointTrajectory, LEAST_JERK_PEAK, Robot, kinematics, least_jerk_share};
+use mlr_model::{JointTrajectory, LEAST_JERK_PEAK, Leg, Robot, kinematics, least_jerk_share};
 use nalgebra::Point3;
 use thiserror::Error;
 
@@ -36,9 +36,11 @@ pub(crate) struct Joints<'a> {
 
 /// Greatest speed of a joint over that of its servo: what is left follows delays.
 const SPEED_SHARE: f64 = 0.9;
-/// A plan that is too fast is slowed down by this factor, so many times.
+/// What is too fast is slowed down by this factor, so many times.
 const SLOWED: f64 = 1.08;
-const MOST_SLOWED: usize = 12;
+const MOST_SLOWED: usize = 16;
+/// On the way into the gait, joints may turn so much further.
+const ONCE_TURN: f64 = 1.5;
 /// The body is moved over its feet so fast at most.
 const BODY_M_PER_S: f64 = 0.12;
 /// How long a move of the body takes at least, a step, and the folding of a leg.
@@ -48,11 +50,21 @@ const FOLD_S: f64 = 0.8;
 /// Height of a step on the way into the gait.
 const STEP_M: f64 = 0.03;
 
+/// The angles of a leg's joints that were commanded to these.
+pub(crate) fn reached_rad(leg: &Leg, commanded_rad: &[f64]) -> Vec<f64> {
+    let each = commanded_rad.iter().zip(&leg.joint_zeros_rad);
+    each.map(|(angle_rad, zero_rad)| angle_rad + zero_rad)
+        .collect()
+}
+
 /// Rows that grow, leg by leg.
 struct Rows<'a> {
     joints: Joints<'a>,
     plan: &'a GaitPlan,
     hold_s: f64,
+    /// Motions that are no gait take so many times as long.
+    slowness: f64,
+    most_turn_rad: f64,
     walking: Vec<usize>,
     /// The last row, leg by leg.
     now_rad: Vec<Vec<f64>>,
@@ -105,7 +117,7 @@ impl<'a> Joints<'a> {
                 let (mut mass_kg, mut moment) = resting;
                 for leg in &rows.walking {
                     let described = &self.robot.legs()[*leg];
-                    let of_leg = kinematics::mass_moment(described, &rows.now_rad[*leg]);
+                    let of_leg = kinematics::mass_moment(described, &rows.reached_rad(*leg));
                     mass_kg += of_leg.0;
                     moment += of_leg.1;
                 }
@@ -129,11 +141,36 @@ impl<'a> Joints<'a> {
         plan: &GaitPlan,
         first: &FirstSteps,
     ) -> Result<JointTrajectory, NotFollowed> {
+        let mut slowness = 1.0;
+        for _ in 0..MOST_SLOWED {
+            let rows = self.first_steps(stance_rad, plan, first, slowness)?;
+            if rows.check_speed().is_ok() {
+                return rows.gait();
+            }
+            slowness *= SLOWED;
+        }
+        self.first_steps(stance_rad, plan, first, slowness)?.gait()
+    }
+
+    /// The way into the gait, each of whose motions takes so many times as long as it should.
+    fn first_steps<'p>(
+        &self,
+        stance_rad: &[Vec<f64>],
+        plan: &'p GaitPlan,
+        first: &FirstSteps,
+        slowness: f64,
+    ) -> Result<Rows<'p>, NotFollowed>
+    where
+        'a: 'p,
+    {
         let mut rows = Rows::new(*self, plan);
+        rows.slowness = slowness;
+        rows.most_turn_rad *= ONCE_TURN;
         rows.now_rad = stance_rad.to_vec();
         rows.push();
         rows.first_steps(first)?;
-        rows.gait()
+        rows.most_turn_rad = self.most_turn_rad;
+        Ok(rows)
     }
 }
 
@@ -143,6 +180,8 @@ impl<'a> Rows<'a> {
             joints,
             plan,
             hold_s: joints.robot.servo().command_hold_s,
+            slowness: 1.0,
+            most_turn_rad: joints.most_turn_rad,
             walking: plan.walking(),
             now_rad: vec![Vec::new(); joints.robot.legs().len()],
             rows_rad: Vec::new(),
@@ -157,13 +196,22 @@ impl<'a> Rows<'a> {
         let described = &self.joints.robot.legs()[leg];
         let angles_rad =
             kinematics::inverse(described, target).map_err(|_| NotFollowed::Reach(leg))?;
-        let most_rad = self.joints.most_turn_rad;
+        let most_rad = self.most_turn_rad;
         let mut each = described.links.iter().zip(&angles_rad);
         if each.any(|(link, angle_rad)| (angle_rad - link.posture_rad).abs() > most_rad) {
             return Err(NotFollowed::Turn(leg));
         }
-        self.now_rad[leg] = angles_rad;
+        // What is known of a joint's zero is taken out of its command.
+        let each = angles_rad.iter().zip(&described.joint_zeros_rad);
+        self.now_rad[leg] = each
+            .map(|(angle_rad, zero_rad)| angle_rad - zero_rad)
+            .collect();
         Ok(())
+    }
+
+    /// The angles that a leg has in the last row.
+    fn reached_rad(&self, leg: usize) -> Vec<f64> {
+        reached_rad(&self.joints.robot.legs()[leg], &self.now_rad[leg])
     }
 
     fn gait_at(&mut self, phase: f64) -> Result<(), NotFollowed> {
@@ -227,7 +275,7 @@ impl<'a> Rows<'a> {
         let stood: Vec<Point3<f64>> = legs
             .iter()
             .zip(&self.now_rad)
-            .map(|(leg, angles_rad)| kinematics::foot_tip(leg, angles_rad))
+            .map(|(leg, angles_rad)| kinematics::foot_tip(leg, &reached_rad(leg, angles_rad)))
             .collect();
         let mut feet: Vec<Ground> = stood.iter().map(|tip| [tip.x, tip.y]).collect();
         let before_m = self.walking.iter().map(|leg| -stood[*leg].z);
@@ -326,6 +374,72 @@ impl<'a> Rows<'a> {
     }
 
     fn rows_in(&self, duration_s: f64) -> usize {
-        libm::ceil(duration_s / self.hold_s - 1e-6).max(1.0) as usize
+        libm::ceil(self.slowness * duration_s / self.hold_s - 1e-6).max(1.0) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::{Morphology, RobotParameter};
+
+    use super::*;
+    use crate::gait_plan::tests::plan;
+
+    /// One that the servos follow.
+    fn easy() -> GaitPlan {
+        GaitPlan {
+            advance_m: 0.05,
+            period_s: 3.0,
+            ..plan()
+        }
+    }
+
+    #[test]
+    fn feet_go_where_they_are_planned_on_a_robot_whose_joint_zeros_are_known() {
+        let plain = Robot::jethexa();
+        let zero = RobotParameter::JointZero { leg: 1, joint: 2 };
+        let calibrated = plain.clone().with_added(zero, 0.03);
+        let left = WhatIsLeft::of(Morphology::healthy(&plain.layout()));
+        let of = |robot: &Robot| {
+            let joints = Joints {
+                robot,
+                left: &left,
+                most_turn_rad: 1.2,
+            };
+            joints.of_gait(&easy()).unwrap()
+        };
+        let (of_plain, of_calibrated) = (of(&plain), of(&calibrated));
+        let rows = of_plain.rows_rad().iter().zip(of_calibrated.rows_rad());
+        for (plain_rad, calibrated_rad) in rows {
+            for (joint, (a, b)) in plain_rad.iter().zip(calibrated_rad).enumerate() {
+                let expected = if joint == 5 { a - 0.03 } else { *a };
+                assert!((b - expected).abs() < 1e-9, "joint {joint}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_too_fast_is_slowed_down() {
+        let robot = Robot::jethexa();
+        let left = WhatIsLeft::of(Morphology::healthy(&robot.layout()));
+        let joints = Joints {
+            robot: &robot,
+            left: &left,
+            most_turn_rad: 1.2,
+        };
+        let hasty = GaitPlan {
+            period_s: 1.0,
+            ..easy()
+        };
+        assert!(matches!(joints.of_gait(&hasty), Err(NotFollowed::Speed(_))));
+        let slowed = joints.slowed(hasty.clone()).unwrap();
+        assert!(slowed.period_s > hasty.period_s);
+        assert_eq!(slowed.advance_m, hasty.advance_m);
+        // What is out of reach stays so.
+        let far = GaitPlan {
+            advance_m: 0.5,
+            ..easy()
+        };
+        assert!(joints.slowed(far).is_err());
     }
 }

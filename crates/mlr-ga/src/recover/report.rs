@@ -24,6 +24,8 @@ pub struct RecoveryReport {
     pub payload: Option<Payload>,
     /// How many cases the robots were drawn from.
     pub cases: usize,
+    /// Orders in which the legs could swing that were looked at.
+    pub orders: usize,
     /// Legs (from 1) that swing together, in their order.
     pub order: Vec<Vec<usize>>,
     /// Legs that are folded.
@@ -98,6 +100,7 @@ impl RecoveryReport {
             faults: left.faults.clone(),
             payload: left.payload,
             cases: diagnosis.cases(),
+            orders: found.orders,
             order: plan.order.iter().map(numbers).collect(),
             folded_legs: folded.map(|leg| leg + 1).collect(),
             statically_stable: found.margin_m > 0.0,
