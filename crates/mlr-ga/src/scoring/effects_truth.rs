@@ -317,7 +317,7 @@ mod tests {
             (LogClass::Visible, with("joint_friction", SEEN)),
             (LogClass::Hidden, with("backlash", UNSEEN)),
         ];
-        let names: Vec<String> = (0..fields.len()).map(|k| format!("log-{k}")).collect();
+        let names: Vec<String> = (0..fields.len()).map(|k| format!("log-{k:02}")).collect();
         let entries: Vec<(&str, &str)> = names
             .iter()
             .zip(&fields)
