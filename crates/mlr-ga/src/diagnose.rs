@@ -54,7 +54,7 @@ pub struct DiagnosisMotion {
 }
 
 /// A log whose morphology is known better than this leaves nothing to tell apart.
-pub const SURE_NATS: f64 = 0.05;
+const SURE_NATS: f64 = 0.05;
 /// Less probable morphologies are not asked about.
 const LEAST_PROBABILITY: f64 = 0.01;
 /// A segment must make the expected entropy less by so much.
@@ -88,7 +88,10 @@ impl OpenQuestion {
             .collect();
         morphologies.push((answer.morphology.clone(), answer.probability.max(1e-12)));
         morphologies.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        let sum: f64 = morphologies.iter().map(|(_, probability)| probability).sum();
+        let sum: f64 = morphologies
+            .iter()
+            .map(|(_, probability)| probability)
+            .sum();
         for (_, probability) in &mut morphologies {
             *probability /= sum;
         }
@@ -100,7 +103,11 @@ impl OpenQuestion {
 
     /// Entropy of the morphology.
     pub fn entropy_nats(&self) -> f64 {
-        entropy_nats(self.morphologies.iter().map(|(_, probability)| *probability))
+        entropy_nats(
+            self.morphologies
+                .iter()
+                .map(|(_, probability)| *probability),
+        )
     }
 
     /// Whether there is nothing to tell apart.
@@ -147,7 +154,12 @@ pub fn diagnosis_motion(
         });
     let mut walks: Vec<FoldedWalk> = walks.collect();
     let mut kept = search.kept(&walks, progress)?;
-    kept.sort_by(|a, b| search.rate(a, None).total_cmp(&search.rate(b, None)).reverse());
+    kept.sort_by(|a, b| {
+        search
+            .rate(a, None)
+            .total_cmp(&search.rate(b, None))
+            .reverse()
+    });
     let leading = kept.iter().take(VARIED).map(|one| one.walk.clone());
     // Steps of the plain walk too, with which a motion begins.
     let leading: Vec<FoldedWalk> = leading.chain([walks[0].clone()]).collect();
@@ -244,10 +256,12 @@ impl<'s> Search<'s> {
             .collect();
         let walked: Option<Vec<_>> = cases
             .par_iter()
-            .map(|(morphology, simulator)| match simulator.simulate(morphology) {
-                Outcome::Walked(walk) if self.is_bounded(&walk) => Some(walk.orientation),
-                _ => None,
-            })
+            .map(
+                |(morphology, simulator)| match simulator.simulate(morphology) {
+                    Outcome::Walked(walk) if self.is_bounded(&walk) => Some(walk.orientation),
+                    _ => None,
+                },
+            )
             .collect();
         Ok(walked)
     }
@@ -410,7 +424,9 @@ impl<'s> Search<'s> {
             });
         }
         // An opening alone that tells nothing is no motion worth playing.
-        let after_nats = chosen.last().map_or(f64::INFINITY, |last| last.entropy_nats);
+        let after_nats = chosen
+            .last()
+            .map_or(f64::INFINITY, |last| last.entropy_nats);
         match after_nats < self.question.entropy_nats() {
             true => chosen,
             false => Vec::new(),

@@ -116,11 +116,7 @@ pub(super) fn run(options: &ProbeOptions) -> anyhow::Result<()> {
 }
 
 /// The motion that tells most about what the log leaves open.
-fn diagnose(
-    log: &LogFile,
-    options: &ProbeOptions,
-    settings: ProbeSettings,
-) -> anyhow::Result<()> {
+fn diagnose(log: &LogFile, options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Result<()> {
     let configuration = model_files::configuration(options.config.as_deref(), None)?;
     let identification = IdentifySettings {
         seed: options.seed,
@@ -174,9 +170,10 @@ fn diagnosis_table(report: &DiagnosisReport, options: &ProbeOptions) -> String {
     let mut table = output::Table::default();
     table.lines(
         "open",
-        report.open.iter().map(|one| {
-            format!("{}  {:.0} %", one.morphology, 100.0 * one.probability)
-        }),
+        report
+            .open
+            .iter()
+            .map(|one| format!("{}  {:.0} %", one.morphology, 100.0 * one.probability)),
     );
     match (report.sure, report.segments.is_empty()) {
         (true, _) => table.line("motion", "none: nothing to tell apart"),
@@ -193,7 +190,10 @@ fn diagnosis_table(report: &DiagnosisReport, options: &ProbeOptions) -> String {
     table.lines("folded legs", report.segments.iter().map(segment));
     if !report.sure {
         let (tried, bounded) = (report.candidates, report.bounded);
-        table.line("segments", format!("{tried} tried, {bounded} keep the bounds"));
+        table.line(
+            "segments",
+            format!("{tried} tried, {bounded} keep the bounds"),
+        );
     }
     table.line(
         "entropy",

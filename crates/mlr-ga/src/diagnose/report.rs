@@ -65,7 +65,9 @@ impl DiagnosisReport {
             sure: question.is_sure(),
             entropy_before_nats: before_nats,
             entropy_after_nats: left_nats,
-            duration_s: gait.and_then(mlr_model::Gait::duration_s).unwrap_or_default(),
+            duration_s: gait
+                .and_then(mlr_model::Gait::duration_s)
+                .unwrap_or_default(),
             segments,
             candidates: motion.map_or(0, |motion| motion.candidates),
             bounded: motion.map_or(0, |motion| motion.bounded),
