@@ -45,6 +45,7 @@ pub mod comparison;
 mod configuration;
 mod cost;
 mod detect;
+mod diagnose;
 mod evaluation;
 pub mod exact;
 mod explain;
@@ -71,6 +72,10 @@ pub use configuration::{
 };
 pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
+pub use diagnose::{
+    DiagnosisMotion, DiagnosisReport, DiagnosisSegment, OpenMorphology, OpenQuestion,
+    diagnosis_motion,
+};
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use explain::{
     ExplainError, ExplainSettings, Explained, ExplanationReport, explain, walk_record,

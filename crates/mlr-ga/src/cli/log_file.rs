@@ -39,7 +39,7 @@ pub(super) struct LogFiles {
 }
 
 /// How logs are read.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct ReadOptions {
     /// A foreign column: QUANTITY=NAME[,UNIT] with the quantities t, roll, pitch, yaw, qw, qx, qy,
     /// qz, ax, ay, az, gx, gy, gz and the units s, ms, us, ns; rad, deg; mps2, g; radps, dps.
@@ -51,7 +51,7 @@ pub(super) struct ReadOptions {
 }
 
 /// How much of a log is read.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct LimitOptions {
     /// The most rows that are read of a log; a longer one is refused.
     #[arg(long, value_name = "N", default_value_t = LogLimits::default().max_rows)]
@@ -82,6 +82,11 @@ impl LimitOptions {
 }
 
 impl LogFile {
+    /// A log that a command may do without.
+    pub(super) fn new(log: PathBuf, read: ReadOptions) -> Self {
+        Self { log, read }
+    }
+
     pub(super) fn path(&self) -> &PathBuf {
         &self.log
     }

@@ -123,7 +123,12 @@ impl MeasuredWalk {
     ) -> Result<Self, AnswerError> {
         let begin_s = |recording: &OrientationSeries, start: MotionStart| {
             let told = settings.from_s;
-            told.or_else(|| struck_in_mid_walk(recording, start, settings))
+            // A motion that ends is meant to sway now more, now less.
+            let struck = || match gait.cycle_s() {
+                Some(_) => struck_in_mid_walk(recording, start, settings),
+                None => None,
+            };
+            told.or_else(struck)
         };
         Self::beginning(recording, gait, settings, begin_s)
     }
@@ -181,7 +186,13 @@ impl MeasuredWalk {
         let window = Window {
             start_s: start_of_window_s,
             duration_s: match phase {
-                GaitPhase::Start => settings.window_s,
+                GaitPhase::Start => {
+                    let whole_s = gait.duration_s().unwrap_or(0.0);
+                    let end_s = recording.times_s().last().copied().unwrap_or(0.0);
+                    // All that there is of a motion that ends: no part stands for the rest.
+                    let seen_s = whole_s.min(end_s - start_of_window_s);
+                    settings.window_s.max(seen_s)
+                }
                 _ => what_is_left_s(&recording, start_of_window_s, settings.window_s),
             },
         };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mlr_model::RobotParameter;
+use mlr_model::{FoldedWalk, RobotParameter};
 use mlr_residual::walk::{Information, NuisanceSettings};
 use serde::Serialize;
 
@@ -116,14 +116,18 @@ impl ProbeReport {
 
 impl ReportedSegment {
     fn new(segment: &super::Segment) -> Self {
-        let feet = segment.walk.gait.feet();
+        Self::of_walk(&segment.walk, segment.duration_s, segment.gain_nats)
+    }
+
+    pub(crate) fn of_walk(walk: &FoldedWalk, duration_s: f64, gain_nats: f64) -> Self {
+        let feet = walk.gait.feet();
         Self {
-            folded_legs: segment.walk.folded_legs.iter().map(|leg| leg + 1).collect(),
+            folded_legs: walk.folded_legs.iter().map(|leg| leg + 1).collect(),
             stride_m: feet.map_or(0.0, |feet| feet.stride_m),
             lift_m: feet.map_or(0.0, |feet| feet.lift_m),
-            period_s: segment.walk.gait.period_s,
-            duration_s: segment.duration_s,
-            gain_nats: segment.gain_nats,
+            period_s: walk.gait.period_s,
+            duration_s,
+            gain_nats,
         }
     }
 }
