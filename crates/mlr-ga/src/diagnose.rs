@@ -162,12 +162,14 @@ pub fn diagnosis_motion(
     });
     let leading = kept.iter().take(VARIED).map(|one| one.walk.clone());
     // Steps of the plain walk too, with which a motion begins.
-    let leading: Vec<FoldedWalk> = leading.chain([walks[0].clone()]).collect();
+    let mut leading: Vec<FoldedWalk> = leading.collect();
+    if !leading.contains(&walks[0]) {
+        leading.push(walks[0].clone());
+    }
     let more = leading
         .iter()
         .flat_map(|walk| STEPS.map(|steps| varied(walk, steps)));
-    let mut more: Vec<FoldedWalk> = more.collect();
-    more.dedup();
+    let more: Vec<FoldedWalk> = more.collect();
     kept.extend(search.kept(&more, progress)?);
     walks.extend(more);
     let bounded = kept.len();
@@ -336,10 +338,10 @@ impl<'s> Search<'s> {
             let ln = |other: &ComparableWalk| {
                 let mut misfit = measured.misfit(other, 0, &likelihood)?;
                 // What the model lacks of any real robot, as measured on the plant's.
-                for axis in 0..3 {
-                    let share = usual.motion_share[axis];
-                    misfit.mean_square_deg2[axis] +=
-                        usual.noise_deg[axis].powi(2) + share * share * motion_deg2[axis];
+                let squares = misfit.mean_square_deg2.iter_mut().zip(motion_deg2);
+                let usual = usual.noise_deg.iter().zip(&usual.motion_share);
+                for ((square_deg2, motion_deg2), (noise_deg, share)) in squares.zip(usual) {
+                    *square_deg2 += noise_deg.powi(2) + share * share * motion_deg2;
                 }
                 Some(likelihood.ln_likelihood(&misfit))
             };
