@@ -79,6 +79,8 @@ const MAY_BE_ZERO: &[&str] = &[
     "identification.genetic.crossover_rate",
     "identification.genetic.mutation_rate",
     "identification.genetic.link_probability",
+    // The best plan that was looked at is taken as it is.
+    "recovery.generations",
     // Ice, level ground, and no payload.
     "identification.variations[0].friction",
     "identification.variations[1].friction",
