@@ -52,7 +52,8 @@ fn settings(most_effects: usize) -> String {
         "[explanation.effort]\nbases = 1\nscreened = {most_effects}\nentrants = 1\n\
          further_entrants = 0\nextended = 0\nmost_effects = {most_effects}\n"
     );
-    format!("{LITTLE}{effort}")
+    // A search for a recovery gait would take the time that learning needs.
+    format!("recover = false\n{LITTLE}{effort}")
 }
 
 /// By how much its sensor is knocked out of place in the end.
