@@ -256,12 +256,22 @@ mod tests {
             let robot = Robot::jethexa();
             let walks: Vec<_> = legs.iter().map(|legs| walk(legs, tripod(stride, lift, period), cycles)).collect();
             let timing = FoldTiming { fold_s, stand_s: 0.1 };
-            let motion = JointTrajectory::of_folded_walks(&robot, &walks, timing).unwrap();
+            let motion = JointTrajectory::of_folded_walks(&robot, &walks, timing);
+            let most_rad = robot.servo().speed_limit_rad_per_s * robot.servo().command_hold_s;
+            let gait = tripod(stride, lift, period);
+            let plain = JointTrajectory::commanded(&robot, &gait, 3.0 * gait.period_s).unwrap();
+            let fastest_rad = plain.rows_rad().windows(2).map(|pair| furthest_rad(&pair[0], &pair[1]));
+            let fastest_rad = fastest_rad.fold(0.0, f64::max);
+            let Ok(motion) = motion else {
+                // Nothing but steps that are as fast by themselves is refused: the last ones, which
+                // shrink, are a little faster.
+                prop_assert!(fastest_rad > 0.95 * most_rad, "{motion:?}");
+                return Ok(());
+            };
             let rows = motion.rows_rad();
             let stance = JointTrajectory::commanded(&robot, &Gait::tripod(), 1.0).unwrap();
             prop_assert!(furthest_rad(&rows[0], &stance.rows_rad()[0]) < 1e-12);
             prop_assert!(furthest_rad(&rows[rows.len() - 1], &stance.rows_rad()[0]) < 1e-12);
-            let most_rad = robot.servo().speed_limit_rad_per_s * motion.row_s();
             for pair in rows.windows(2) {
                 prop_assert!(furthest_rad(&pair[0], &pair[1]) <= most_rad * 1.000_01);
             }
