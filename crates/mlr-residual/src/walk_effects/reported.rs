@@ -53,6 +53,14 @@ pub fn apply_reported(
             model.servo.latency_s += quantity("delay_s")?;
             return Ok(true);
         }
+        "joint_friction" => {
+            model.servo.drive.coulomb_nm += quantity("torque_nm")?;
+            return Ok(true);
+        }
+        "backlash" => {
+            model.servo.drive.backlash_rad += quantity("angle_rad")?;
+            return Ok(true);
+        }
         "locked_links" => {
             model.simulation.lost_links = LostLinks::Locked;
             return Ok(true);
@@ -133,6 +141,9 @@ mod tests {
                 expected.servo.stiffness_nm_per_rad
             ));
             assert!(difference(ours.servo.latency_s, expected.servo.latency_s));
+            let (drive, other) = (ours.servo.drive, expected.servo.drive);
+            assert!(difference(drive.coulomb_nm, other.coulomb_nm));
+            assert!(difference(drive.backlash_rad, other.backlash_rad));
             let (ours, expected) = (ours.simulation, expected.simulation);
             assert!(difference(ours.contact.friction, expected.contact.friction));
             assert_eq!(ours.faults.len(), expected.faults.len());
@@ -146,6 +157,8 @@ mod tests {
             "foot_friction",
             "servo_lag",
             "servo_stiffness",
+            "joint_friction",
+            "backlash",
             "weak_leg",
             "stuck_joint",
             "joint_offset",
