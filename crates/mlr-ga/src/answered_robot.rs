@@ -1,19 +1,11 @@
 //! The robot that an answer describes.
 
-use std::collections::BTreeMap;
-
 use mlr_filter::SettingError;
-use mlr_model::{Gait, LostLinks, ModelError, Morphology, Robot, SimulationSettings};
-use mlr_residual::{
-    walk::{Reported, WalkModel},
-    walk_effects::apply_reported,
-};
-use serde::Deserialize;
-use serde_json::Value;
+use mlr_model::{Gait, ModelError, Morphology, Robot, SimulationSettings};
+use mlr_residual::{walk::WalkModel, walk_effects::apply_reported};
 use thiserror::Error;
 
-/// Answers that describe a robot.
-const SCHEMAS: [&str; 2] = ["mlr.identification/1", "mlr.explanation/1"];
+use crate::answer_json::{AnswerJson, AnswerJsonError};
 
 /// What is left of a robot, by an answer of `mlr-ga identify` or `mlr-ga explain`.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,55 +26,15 @@ pub struct AnsweredRobot {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum AnsweredRobotError {
-    /// It is no JSON, or of another form.
-    #[error("{0}, expected the JSON of mlr-ga identify --json or explain --json")]
-    Form(#[from] serde_json::Error),
-    /// It is another kind of answer.
-    #[error(
-        "schema: {0} is not valid, expected \"mlr.identification/1\" or \"mlr.explanation/1\", \
-         as mlr-ga identify --json and explain --json print them"
-    )]
-    Schema(String),
-    /// It is of a robot with other legs.
-    #[error(
-        "the answer is of a robot with {found}, expected {expected} as --robot has them: name the \
-         robot with which it was found"
-    )]
-    OtherRobot {
-        /// Links of the legs of the answer.
-        found: String,
-        /// Links of the legs of the robot.
-        expected: String,
-    },
+    /// It is no answer about this robot.
+    #[error(transparent)]
+    Answer(#[from] AnswerJsonError),
     /// An effect makes no sense.
     #[error(transparent)]
     Effect(#[from] SettingError),
     /// A servo with the effects makes no sense.
     #[error(transparent)]
     Model(#[from] ModelError),
-}
-
-#[derive(Deserialize)]
-struct AnswerFile {
-    morphology: Morphology,
-    fit: Option<Fit>,
-    #[serde(default)]
-    effects: Vec<Effect>,
-    #[serde(default)]
-    implausible: bool,
-    #[serde(default)]
-    unexplained: bool,
-}
-
-#[derive(Deserialize)]
-struct Fit {
-    lost_links: LostLinks,
-}
-
-#[derive(Deserialize)]
-struct Effect {
-    kind: String,
-    parameters: BTreeMap<String, Reported>,
 }
 
 impl AnsweredRobot {
@@ -92,29 +44,7 @@ impl AnsweredRobot {
     /// # Errors
     /// [`AnsweredRobotError`] when the text is no such answer, or of another robot.
     pub fn from_json(text: &str, robot: &Robot) -> Result<Self, AnsweredRobotError> {
-        let mut value: Value = serde_json::from_str(text)?;
-        if let Some(result) = value.get_mut("result") {
-            value = result.take();
-        }
-        let schema = &value["schema"];
-        if !schema.as_str().is_some_and(|name| SCHEMAS.contains(&name)) {
-            return Err(AnsweredRobotError::Schema(match schema {
-                Value::Null => "nothing".into(),
-                found => found.to_string(),
-            }));
-        }
-        let answer: AnswerFile = serde_json::from_value(value)?;
-        if answer.morphology.layout() != robot.layout() {
-            let links = |links: Vec<usize>| {
-                let links: Vec<String> = links.iter().map(usize::to_string).collect();
-                format!("legs of {} links", links.join(", "))
-            };
-            let (found, of_robot) = (&answer.morphology, robot.legs());
-            return Err(AnsweredRobotError::OtherRobot {
-                found: links((0..found.legs()).map(|leg| found.links(leg)).collect()),
-                expected: links(of_robot.iter().map(|leg| leg.links.len()).collect()),
-            });
-        }
+        let (_, answer) = AnswerJson::read(text, robot)?;
         let settings = SimulationSettings {
             lost_links: answer
                 .fit
@@ -144,7 +74,7 @@ impl AnsweredRobot {
 
 #[cfg(test)]
 mod tests {
-    use mlr_model::Fault;
+    use mlr_model::{Fault, LostLinks};
 
     use super::*;
 

@@ -7,16 +7,14 @@ pub use report::{DiagnosisReport, OpenMorphology};
 use mlr_filter::OrientationSeries;
 use mlr_model::{
     FoldTiming, FoldedWalk, Gait, JointTrajectory, LostLinks, ModelError, Morphology, Motion,
-    Outcome, Record, Robot, SimulationSettings, Simulator, Trajectory,
+    Outcome, Record, Robot, SimulationSettings, Simulator,
 };
 use mlr_residual::{Progress, ln_mean};
 use rayon::prelude::*;
 
 use crate::{
     Identification, IdentifySettings, ProbeSettings,
-    comparison::{
-        AlignedMeasurement, Alignment, ComparableWalk, LikelihoodSettings, SpectralSettings,
-    },
+    comparison::{AlignedMeasurement, Alignment, ComparableWalk, SpectralSettings},
     probe::{of_legs, varied},
 };
 
@@ -72,11 +70,8 @@ const STEPS: [[f64; 3]; 4] = [
 ];
 /// Of so many walks.
 const VARIED: usize = 2;
-/// A servo that is closer to its largest torque is at it.
-const AT_LIMIT: f64 = 0.999;
 /// Recorded before the first step, for delays below zero.
 const STAND_S: f64 = 0.2;
-const FIVE_SECONDS: f64 = 5.0;
 
 impl OpenQuestion {
     /// What an answer leaves open: the morphologies of at least one percent.
@@ -251,6 +246,8 @@ impl<'s> Search<'s> {
             Simulator::new(robot, gait, simulation)
         });
         let simulators = simulators.collect::<Result<Vec<_>, _>>()?;
+        let bounds = self.settings.bounds;
+        let limit_nm = self.robot.servo().torque_limit_nm;
         let morphologies = &self.question.morphologies;
         let cases: Vec<_> = morphologies
             .iter()
@@ -260,22 +257,15 @@ impl<'s> Search<'s> {
             .par_iter()
             .map(
                 |(morphology, simulator)| match simulator.simulate(morphology) {
-                    Outcome::Walked(walk) if self.is_bounded(&walk) => Some(walk.orientation),
-                    _ => None,
+                    Outcome::Walked(walk) => {
+                        let is_bounded = bounds.broken_by(&walk, limit_nm).is_none();
+                        is_bounded.then_some(walk.orientation)
+                    }
+                    Outcome::Diverged { .. } => None,
                 },
             )
             .collect();
         Ok(walked)
-    }
-
-    fn is_bounded(&self, walk: &Trajectory) -> bool {
-        let angles_rad = walk.orientation.angles_rad();
-        let least = libm::cos(self.settings.bounds.tilt_deg.to_radians());
-        let mut both = angles_rad.roll.iter().zip(&angles_rad.pitch);
-        let limit_nm = AT_LIMIT * self.robot.servo().torque_limit_nm;
-        let mut torques = walk.torque_nm.iter().flatten().flatten();
-        both.all(|(roll, pitch)| libm::cos(*roll) * libm::cos(*pitch) >= least)
-            && torques.all(|torque| torque.abs() < limit_nm)
     }
 
     /// Those walks that keep the bounds.
@@ -316,14 +306,8 @@ impl<'s> Search<'s> {
         gait: &Gait,
         duration_s: f64,
     ) -> LnLikelihoods {
-        let settings = &self.identification.likelihood;
         let samples = (duration_s * ComparableWalk::RATE_HZ) as usize;
-        let likelihood = LikelihoodSettings {
-            independent_errors: settings
-                .independent_errors
-                .map(|n| n * duration_s / FIVE_SECONDS),
-            ..*settings
-        };
+        let likelihood = self.identification.likelihood.of_samples(samples);
         let spectral = SpectralSettings {
             cutoff_hz: self.identification.filter.cutoff_hz,
             gait_period_s: gait.period_s,

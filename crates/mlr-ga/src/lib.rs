@@ -36,6 +36,7 @@
 //! ```
 
 mod answer_error;
+mod answer_json;
 mod answered_robot;
 pub mod atlas;
 pub mod belief;
@@ -61,6 +62,7 @@ pub mod scoring;
 pub mod walks;
 
 pub use answer_error::AnswerError;
+pub use answer_json::AnswerJsonError;
 pub use answered_robot::{AnsweredRobot, AnsweredRobotError};
 pub use calibrate::{
     CalibrateError, Calibrated, CalibrationReport, HealthyWalk, MeasuredReport, ParameterReport,
@@ -93,8 +95,8 @@ pub use probe::{
     Segment, calibration_motion,
 };
 pub use recover::{
-    AnswerFileError, NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook,
-    diagnosis_of_explanation, diagnosis_of_identification, diagnosis_of_json, recovery_gait,
+    NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, diagnosis_of_explanation,
+    diagnosis_of_identification, diagnosis_of_json, recovery_gait,
 };
 
 // What every use of this crate needs of the others.

@@ -5,9 +5,7 @@ mod report;
 
 pub use report::{RecoveryReport, ReportedOutlook};
 
-pub use diagnoses::{
-    AnswerFileError, diagnosis_of_explanation, diagnosis_of_identification, diagnosis_of_json,
-};
+pub use diagnoses::{diagnosis_of_explanation, diagnosis_of_identification, diagnosis_of_json};
 
 use mlr_filter::DetectorSettings;
 use mlr_model::{Gait, Robot, SimulationSettings};
@@ -59,7 +57,7 @@ pub fn recovery_gait(
     of: RecoveryOf<'_>,
     settings: &RecoverSettings,
     seed: u64,
-    progress: &dyn mlr_recover::Progress,
+    progress: &dyn mlr_residual::Progress,
 ) -> Result<Recovery, NoRecovery> {
     settings.check().map_err(RecoverError::from)?;
     let mut generator = ChaCha8Rng::seed_from_u64(seed);

@@ -42,6 +42,8 @@ mod gait;
 mod joint_commands;
 pub mod kinematics;
 mod morphology;
+mod progress;
+mod random;
 mod rigid_mass;
 mod robot;
 mod setting_place;
@@ -58,6 +60,8 @@ pub use gait::{
 };
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};
+pub use progress::Progress;
+pub use random::standard_normal;
 pub use rigid_mass::RigidMass;
 pub use robot::{
     Body, Calibration, ContactShape, Drive, Gaussian, Imu, JointAxis, Leg, Link, Measurement,

@@ -16,7 +16,6 @@ mod footholds;
 mod gait_plan;
 mod optimise;
 mod possible_robot;
-mod random;
 mod recovery;
 mod rows;
 mod screen;
@@ -37,17 +36,3 @@ pub use support::margin_m;
 pub use swing_order::{SwingOrder, swing_orders};
 pub use walking::Walking;
 pub use what_is_left::WhatIsLeft;
-
-/// Is told how far a longer computation has come.
-pub trait Progress: Sync {
-    /// So many more steps than expected before.
-    fn expect_more(&self, steps: usize);
-    /// One more step is done.
-    fn advance(&self);
-}
-
-/// Tells nobody.
-impl Progress for () {
-    fn expect_more(&self, _: usize) {}
-    fn advance(&self) {}
-}

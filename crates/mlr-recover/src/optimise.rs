@@ -1,12 +1,12 @@
 //! Plans in the simulated model, over robots that may be the case.
 
-use mlr_model::{Gait, ModelError, Motion};
+use mlr_model::{Gait, ModelError, Motion, Progress, standard_normal};
 use rand::Rng;
 use rayon::prelude::*;
 
 use crate::{
-    Progress, criterion::Criterion, gait_plan::GaitPlan, possible_robot::PossibleRobot,
-    random::standard_normal, rows::Joints, walking::Walking,
+    criterion::Criterion, gait_plan::GaitPlan, possible_robot::PossibleRobot, rows::Joints,
+    walking::Walking,
 };
 
 /// Simulates plans.

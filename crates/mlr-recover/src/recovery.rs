@@ -1,13 +1,13 @@
 //! From what is left of a robot to a gait.
 
 use mlr_filter::{DetectorSettings, SettingError};
-use mlr_model::{Gait, JointCommands, ModelError, Motion, Robot, kinematics};
+use mlr_model::{Gait, JointCommands, ModelError, Motion, Progress, Robot, kinematics};
 use rand::Rng;
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::{
-    Progress, RecoverSettings,
+    RecoverSettings,
     criterion::Criterion,
     diagnosis::Diagnosis,
     first_steps::FirstSteps,

@@ -1,12 +1,13 @@
 //! The quasi-static screen: every order in which legs can swing, with the stances and the sway that
 //! keep the centre of mass over the feet.
 
-use rand::{Rng, RngExt as _};
+use mlr_model::standard_normal;
+use rand::{Rng, RngExt as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::{
     gait_plan::GaitPlan,
-    random::{self, standard_normal},
     statics::{Standing, Statics},
     swing_order::SwingOrder,
 };
@@ -105,7 +106,7 @@ fn steadied(
     steps: usize,
     seed: u64,
 ) -> GaitPlan {
-    let mut generator = random::seeded(seed);
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let dimension = plan.dimension();
     let mut size = 1.0;
     let mut best = score(statics, nominal, &plan);

@@ -44,7 +44,6 @@ mod laplace;
 mod parameter;
 mod posterior;
 mod prior;
-mod progress;
 mod report;
 mod selection;
 mod sensor;
@@ -58,10 +57,10 @@ pub mod walk_effects;
 
 pub use effect_parameter::EffectParameter;
 pub use error::SensorError;
+pub use mlr_model::Progress;
 pub use parameter::Parameter;
 pub use posterior::{Posterior, ln_mean};
 pub use prior::Prior;
-pub use progress::Progress;
 pub use report::{Baseline, Candidate, Effect, ErrorDeg, ResidualDescription, SensorExplanation};
 pub use selection::{SelectionSettings, explain_sensor};
 pub use sensor::{

@@ -76,16 +76,6 @@ impl mlr_residual::Progress for Bar {
     }
 }
 
-impl mlr_recover::Progress for Bar {
-    fn expect_more(&self, steps: usize) {
-        self.0.inc_length(steps as u64);
-    }
-
-    fn advance(&self) {
-        self.0.inc(1);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

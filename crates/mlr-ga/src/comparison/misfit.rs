@@ -1,7 +1,7 @@
 use mlr_filter::SettingError;
 use serde::{Deserialize, Serialize};
 
-use super::Alignment;
+use super::{Alignment, ComparableWalk};
 
 /// What is left between measured and simulated walk, roll, pitch, yaw.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -35,6 +35,10 @@ pub struct LikelihoodSettings {
     pub clock_deviation: f64,
 }
 
+/// Samples of the paper's window, for which the numbers of independent errors are
+/// stated.
+const FIVE_SECONDS: f64 = 5.0 * ComparableWalk::RATE_HZ;
+
 impl Default for LikelihoodSettings {
     fn default() -> Self {
         Self {
@@ -58,6 +62,16 @@ impl LikelihoodSettings {
         let between = self.between_harmonics;
         SettingError::check("between_harmonics", between, 0.001..=1.0, "")?;
         SettingError::check("clock_deviation", self.clock_deviation, 1e-6..=1.0, "")
+    }
+
+    /// The same for a comparison of so many samples of each axis: independent errors in proportion.
+    #[must_use]
+    pub fn of_samples(&self, samples: usize) -> Self {
+        let errors = self.independent_errors;
+        Self {
+            independent_errors: errors.map(|n| n * samples as f64 / FIVE_SECONDS),
+            ..*self
+        }
     }
 
     /// Logarithm of the likelihood, up to a constant.

@@ -26,10 +26,6 @@ pub(super) struct LogComparison<'a> {
     likelihood: LikelihoodSettings,
 }
 
-/// Samples of the paper's window, for which the numbers of independent errors are
-/// stated.
-const FIVE_SECONDS: f64 = 5.0 * ComparableWalk::RATE_HZ;
-
 impl<'a> LogComparison<'a> {
     pub(super) fn new(
         log: usize,
@@ -56,13 +52,7 @@ impl<'a> LogComparison<'a> {
             whole: aligned(stretch.samples),
             parts: stretch.parts().into_iter().map(aligned).collect(),
             offsets: stretch.offsets.clone(),
-            likelihood: LikelihoodSettings {
-                independent_errors: settings
-                    .likelihood
-                    .independent_errors
-                    .map(|n| n * stretch.samples as f64 / FIVE_SECONDS),
-                ..settings.likelihood
-            },
+            likelihood: settings.likelihood.of_samples(stretch.samples),
         }
     }
 

@@ -2,64 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use mlr_model::{Fault, LostLinks, Morphology, Payload, Robot};
+use mlr_model::{Gait, LostLinks, Morphology, Robot, SimulationSettings};
 use mlr_recover::{Diagnosis, WhatIsLeft};
 use mlr_residual::{
-    walk::{Reported, WalkExplanation},
-    walk_effects::LOAD_HEIGHT_M,
+    walk::{Reported, WalkExplanation, WalkModel},
+    walk_effects::apply_reported,
 };
-use serde::Deserialize;
-use serde_json::Value;
-use thiserror::Error;
 
-use crate::Identification;
-
-/// Why a file gives no diagnosis.
-#[derive(Debug, Error)]
-pub enum AnswerFileError {
-    /// It is no JSON of the expected form.
-    #[error("expected an answer of identify or explain as JSON")]
-    Syntax(#[from] serde_json::Error),
-    /// It is about another robot.
-    #[error("the answer is about a robot with other legs, expected one about {0}")]
-    OtherRobot(String),
-    /// It is an answer to another question.
-    #[error("schema {0:?}, expected mlr.identification/1 or mlr.explanation/1")]
-    Schema(String),
-}
-
-/// An answer as far as it says what is left. Events of the daemon hold it as `result`.
-#[derive(Deserialize)]
-struct Answer {
-    schema: String,
-    morphology: Morphology,
-    #[serde(default)]
-    probability: f64,
-    fit: Option<Fit>,
-    #[serde(default)]
-    alternatives: Vec<Alternative>,
-}
-
-#[derive(Deserialize)]
-struct Fit {
-    lost_links: LostLinks,
-}
-
-#[derive(Deserialize)]
-struct Alternative {
-    morphology: Morphology,
-    probability: f64,
-    #[serde(default)]
-    locked_links: bool,
-    #[serde(default)]
-    effects: Vec<Effect>,
-}
-
-#[derive(Deserialize)]
-struct Effect {
-    kind: String,
-    parameters: BTreeMap<String, Reported>,
-}
+use crate::{
+    Identification,
+    answer_json::{AnswerJson, AnswerJsonError, Question},
+};
 
 /// The morphologies of an identification, with their probabilities.
 pub fn diagnosis_of_identification(found: &Identification) -> Diagnosis {
@@ -91,49 +44,32 @@ pub fn diagnosis_of_explanation(robot: &Robot, found: &WalkExplanation) -> Diagn
 /// What an answer in JSON says: of identify or explain, or an event of the daemon with one.
 ///
 /// # Errors
-/// [`AnswerFileError`].
-pub fn diagnosis_of_json(robot: &Robot, text: &str) -> Result<Diagnosis, AnswerFileError> {
-    let mut value: Value = serde_json::from_str(text)?;
-    if let Some(result) = value.get_mut("result") {
-        value = result.take();
-    }
-    let answer: Answer = serde_json::from_value(value)?;
-    let layout = robot.layout();
-    let others = answer.alternatives.iter().map(|one| &one.morphology);
-    if std::iter::once(&answer.morphology)
-        .chain(others)
-        .any(|one| one.layout() != layout)
-    {
-        return Err(AnswerFileError::OtherRobot(robot.name().into()));
-    }
-    match answer.schema.as_str() {
-        "mlr.identification/1" => {
+/// [`AnswerJsonError`].
+pub fn diagnosis_of_json(robot: &Robot, text: &str) -> Result<Diagnosis, AnswerJsonError> {
+    let (question, answer) = AnswerJson::read(text, robot)?;
+    let others = answer.alternatives.into_iter();
+    Ok(match question {
+        Question::Identification => {
             let lost_links = answer
                 .fit
-                .map_or(LostLinks::default(), |fit| fit.lost_links);
-            let others = answer.alternatives.into_iter();
-            Ok(of_morphologies(
+                .map_or_else(Default::default, |fit| fit.lost_links);
+            of_morphologies(
                 lost_links,
                 answer.morphology,
                 answer.probability,
                 others.map(|one| (one.morphology, one.probability)),
-            ))
+            )
         }
-        "mlr.explanation/1" => {
-            let cases = answer.alternatives.into_iter().map(|one| {
+        Question::Explanation => {
+            let cases = others.map(|one| {
                 let effects = one.effects.iter();
                 let effects = effects.map(|effect| (effect.kind.as_str(), &effect.parameters));
                 let left = with_effects(robot, one.morphology, one.locked_links, effects);
                 (left, one.probability)
             });
-            Ok(Diagnosis::new(
-                WhatIsLeft::of(answer.morphology),
-                0.0,
-                cases.collect(),
-            ))
+            Diagnosis::new(WhatIsLeft::of(answer.morphology), 0.0, cases.collect())
         }
-        _ => Err(AnswerFileError::Schema(answer.schema)),
-    }
+    })
 }
 
 fn of_morphologies(
@@ -156,40 +92,31 @@ fn with_effects<'e>(
     locked_links: bool,
     effects: impl Iterator<Item = (&'e str, &'e BTreeMap<String, Reported>)>,
 ) -> WhatIsLeft {
-    let mut left = WhatIsLeft::of(morphology);
-    if locked_links {
-        left.lost_links = LostLinks::Locked;
-    }
+    let simulation = SimulationSettings {
+        lost_links: match locked_links {
+            true => LostLinks::Locked,
+            false => LostLinks::default(),
+        },
+        ..SimulationSettings::default()
+    };
+    // What effects do to a robot does not depend on its gait.
+    let mut model = WalkModel::nominal(robot.clone(), Gait::tripod(), simulation);
     for (kind, parameters) in effects {
-        let quantity = |name: &str| match parameters.get(name) {
-            Some(Reported::Quantity(value)) => *value,
-            _ => 0.0,
-        };
-        match kind {
-            "payload" => {
-                let deck_m = robot.body().size_m.z / 2.0;
-                left.payload = Some(Payload {
-                    mass_kg: quantity("mass_kg"),
-                    position_m: [quantity("x_m"), quantity("y_m"), deck_m + LOAD_HEIGHT_M],
-                });
-            }
-            // Where the robot was, and not what it is.
-            "external_force" => {}
-            _ => left.faults.extend(fault(kind, parameters)),
-        }
+        // An effect that lacks a parameter changes nothing, like those that are none of the robot's.
+        let _ = apply_reported(kind, parameters, &mut model);
     }
-    left
-}
-
-/// The fault of the model that an effect is, if it is one.
-fn fault(kind: &str, parameters: &BTreeMap<String, Reported>) -> Option<Fault> {
-    let mut value = serde_json::to_value(parameters).ok()?;
-    value.as_object_mut()?.insert("kind".into(), kind.into());
-    serde_json::from_value(value).ok()
+    WhatIsLeft {
+        lost_links: model.simulation.lost_links,
+        faults: model.simulation.faults,
+        payload: model.simulation.payload,
+        ..WhatIsLeft::of(morphology)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use mlr_model::Fault;
+
     use super::*;
 
     #[test]

@@ -1,8 +1,8 @@
 //! Robots drawn from what is known of one.
 
-use mlr_model::Morphology;
+use mlr_model::{Morphology, standard_normal};
 use nalgebra::DVector;
-use rand::{Rng, RngExt as _};
+use rand::Rng;
 
 use super::{
     Nuisance, NuisancePrior, NuisanceSettings, WalkError, WalkModel, WalkRecord,
@@ -36,13 +36,6 @@ impl WalkModel {
         }
         Ok(model)
     }
-}
-
-/// A number with a standard normal distribution (Box and Muller 1958).
-pub(super) fn standard_normal(generator: &mut impl Rng) -> f64 {
-    let (radius, angle): (f64, f64) = (generator.random(), generator.random());
-    let radius = libm::sqrt(-2.0 * libm::log(1.0 - radius));
-    radius * libm::cos(std::f64::consts::TAU * angle)
 }
 
 #[cfg(test)]

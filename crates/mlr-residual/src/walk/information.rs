@@ -3,6 +3,7 @@
 use mlr_filter::{Axes, OrientationSeries};
 use mlr_model::{
     Gait, Gaussian, LostLinks, Morphology, Record, Robot, RobotParameter, SimulationSettings,
+    Trajectory, standard_normal,
 };
 use nalgebra::{DMatrix, DVector};
 use rand::Rng;
@@ -11,7 +12,6 @@ use rayon::prelude::*;
 use super::{
     EvidenceSettings, Nuisance, NuisancePrior, Observation, WalkError, WalkModel, WalkRecord,
     calibration::{left_by_the_engine, updated},
-    drawn::standard_normal,
     evidence::curvature,
     hypothesis::{Hypothesis, Walker},
 };
@@ -34,6 +34,20 @@ pub struct Ensemble<'a> {
 pub struct MotionBounds {
     /// Tilt of the body.
     pub tilt_deg: f64,
+}
+
+impl MotionBounds {
+    /// What a walk with recorded torques breaks, if anything, where servos have so much torque.
+    pub fn broken_by(&self, walk: &Trajectory, torque_limit_nm: f64) -> Option<BrokenBound> {
+        if greatest_tilt_deg(&walk.orientation) > self.tilt_deg {
+            return Some(BrokenBound::Tilt);
+        }
+        let limit_nm = AT_LIMIT * torque_limit_nm;
+        let mut torques = walk.torque_nm.iter().flatten().flatten();
+        torques
+            .any(|torque| torque.abs() >= limit_nm)
+            .then_some(BrokenBound::Torque)
+    }
 }
 
 /// The bound that a motion does not keep.
@@ -134,17 +148,10 @@ impl<'a> Ensemble<'a> {
         let each = self.robots.par_iter().map(|z| {
             let model = walker.model(z);
             let walked = model.trajectory(&walker.hypothesis.morphology, &record, samples)?;
-            let Some(walked) = walked else {
-                return Ok(Some(BrokenBound::Diverges));
-            };
-            if greatest_tilt_deg(&walked.orientation) > bounds.tilt_deg {
-                return Ok(Some(BrokenBound::Tilt));
-            }
-            let limit_nm = AT_LIMIT * model.servo.torque_limit_nm;
-            let mut torques = walked.torque_nm.iter().flatten().flatten();
-            Ok(torques
-                .any(|torque| torque.abs() >= limit_nm)
-                .then_some(BrokenBound::Torque))
+            Ok(match walked {
+                Some(walked) => bounds.broken_by(&walked, model.servo.torque_limit_nm),
+                None => Some(BrokenBound::Diverges),
+            })
         });
         let broken = each.collect::<Result<Vec<_>, WalkError>>()?;
         Ok(broken.into_iter().flatten().next())

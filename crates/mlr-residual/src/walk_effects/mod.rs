@@ -30,7 +30,6 @@ mod weak_leg;
 
 pub use crate::EffectParameter;
 pub use effect::{Place, WalkEffect};
-pub use payload::LOAD_HEIGHT_M;
 pub use reported::apply_reported;
 
 /// All effects: those of the body first, then those of the sensor.

@@ -24,7 +24,7 @@ pub(super) struct Payload;
 /// A load hangs over the body's edge by at most this share of its half width.
 const OVERHANG: f64 = 1.3;
 /// Height of a load's centre over the deck that it stands on.
-pub const LOAD_HEIGHT_M: f64 = 0.03;
+const LOAD_HEIGHT_M: f64 = 0.03;
 /// Below this share of the body's mass, where a load sits means nothing.
 const LEAST_SHARE: f64 = 0.01;
 

@@ -1,4 +1,6 @@
-/// Is told how far a longer computation has come.
+//! How far a computation of this crate, or of one that builds on it, has come.
+
+/// Learns how far a longer computation has come.
 pub trait Progress: Sync {
     /// So many more steps than expected before.
     fn expect_more(&self, steps: usize);

@@ -1,15 +1,9 @@
 //! Numbers drawn by a seeded generator.
 
-use rand::{Rng, RngExt as _, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
-/// The generator of one of several searches that run in parallel.
-pub(crate) fn seeded(seed: u64) -> ChaCha8Rng {
-    ChaCha8Rng::seed_from_u64(seed)
-}
+use rand::{Rng, RngExt as _};
 
 /// A number with a standard normal distribution (Box and Muller 1958).
-pub(crate) fn standard_normal(generator: &mut impl Rng) -> f64 {
+pub fn standard_normal(generator: &mut impl Rng) -> f64 {
     let (radius, angle): (f64, f64) = (generator.random(), generator.random());
     let radius = libm::sqrt(-2.0 * libm::log(1.0 - radius));
     radius * libm::cos(std::f64::consts::TAU * angle)

@@ -1,0 +1,121 @@
+//! Answers of `identify` and `explain` as JSON, read again.
+
+use std::collections::BTreeMap;
+
+use mlr_model::{LostLinks, Morphology, Robot};
+use mlr_residual::walk::Reported;
+use serde::Deserialize;
+use serde_json::Value;
+use thiserror::Error;
+
+/// An answer as far as it says what is left of a robot.
+#[derive(Debug, Deserialize)]
+pub(crate) struct AnswerJson {
+    pub(crate) morphology: Morphology,
+    #[serde(default)]
+    pub(crate) probability: f64,
+    pub(crate) fit: Option<FitJson>,
+    #[serde(default)]
+    pub(crate) effects: Vec<EffectJson>,
+    #[serde(default)]
+    pub(crate) alternatives: Vec<AlternativeJson>,
+    #[serde(default)]
+    pub(crate) implausible: bool,
+    #[serde(default)]
+    pub(crate) unexplained: bool,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct FitJson {
+    pub(crate) lost_links: LostLinks,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct AlternativeJson {
+    pub(crate) morphology: Morphology,
+    pub(crate) probability: f64,
+    #[serde(default)]
+    pub(crate) locked_links: bool,
+    #[serde(default)]
+    pub(crate) effects: Vec<EffectJson>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct EffectJson {
+    pub(crate) kind: String,
+    pub(crate) parameters: BTreeMap<String, Reported>,
+}
+
+/// The question that an answer is to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Question {
+    /// `mlr.identification/1`.
+    Identification,
+    /// `mlr.explanation/1`.
+    Explanation,
+}
+
+/// What is wrong with an answer's JSON.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum AnswerJsonError {
+    /// It is no JSON, or of another form.
+    #[error("{0}, expected an answer as mlr-ga identify --json or explain --json prints it")]
+    Form(#[from] serde_json::Error),
+    /// It is another kind of answer.
+    #[error(
+        "schema: {0} is not valid, expected an answer of identify or explain \
+         (\"mlr.identification/1\" or \"mlr.explanation/1\"), as mlr-ga prints it with --json"
+    )]
+    Schema(String),
+    /// It is of a robot with other legs.
+    #[error(
+        "the answer is of a robot with {found}, expected {expected} as {robot} has them: name the \
+         --robot with which it was found"
+    )]
+    OtherRobot {
+        /// Links of the legs of the answer.
+        found: String,
+        /// Links of the legs of the robot.
+        expected: String,
+        /// The robot's name.
+        robot: String,
+    },
+}
+
+impl AnswerJson {
+    /// Reads the answer of a command, or an event of the daemon with one, found with `robot`.
+    pub(crate) fn read(text: &str, robot: &Robot) -> Result<(Question, Self), AnswerJsonError> {
+        let mut value: Value = serde_json::from_str(text)?;
+        if let Some(result) = value.get_mut("result") {
+            value = result.take();
+        }
+        let question = match &value["schema"] {
+            Value::String(schema) if schema == "mlr.identification/1" => Question::Identification,
+            Value::String(schema) if schema == "mlr.explanation/1" => Question::Explanation,
+            Value::Null => return Err(AnswerJsonError::Schema("nothing".into())),
+            found => return Err(AnswerJsonError::Schema(found.to_string())),
+        };
+        let answer: Self = serde_json::from_value(value)?;
+        let others = answer.alternatives.iter().map(|one| &one.morphology);
+        let layout = robot.layout();
+        for found in std::iter::once(&answer.morphology).chain(others) {
+            if found.layout() != layout {
+                return Err(other_robot(found, robot));
+            }
+        }
+        Ok((question, answer))
+    }
+}
+
+fn other_robot(found: &Morphology, robot: &Robot) -> AnswerJsonError {
+    let links = |links: Vec<usize>| {
+        let links: Vec<String> = links.iter().map(usize::to_string).collect();
+        format!("legs of {} links", links.join(", "))
+    };
+    AnswerJsonError::OtherRobot {
+        found: links((0..found.legs()).map(|leg| found.links(leg)).collect()),
+        expected: links(robot.legs().iter().map(|leg| leg.links.len()).collect()),
+        robot: robot.name().into(),
+    }
+}
