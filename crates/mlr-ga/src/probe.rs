@@ -7,9 +7,7 @@ pub use report::{ProbeReport, ReportedParameter, ReportedSegment};
 use std::collections::BTreeMap;
 
 use mlr_filter::SettingError;
-use mlr_model::{
-    FoldTiming, FoldedWalk, Gait, JointTrajectory, ModelError, Motion, Robot, SimulationSettings,
-};
+use mlr_model::{FoldedWalk, Gait, ModelError, MotionSegment, Robot, SimulationSettings};
 use mlr_residual::{
     Progress,
     walk::{
@@ -269,13 +267,9 @@ struct Search<'s> {
 impl Search<'_> {
     /// Walks one after the other as a gait.
     fn joined(&self, walks: &[FoldedWalk]) -> Result<Gait, ModelError> {
-        let joints = JointTrajectory::of_folded_walks(self.robot, walks, FoldTiming::default())?;
         let period_s = walks.first().map_or(1.0, |walk| walk.gait.period_s);
-        Ok(Gait {
-            name: "calibration".into(),
-            period_s,
-            motion: Motion::Joints(joints),
-        })
+        let segments: Vec<_> = walks.iter().cloned().map(MotionSegment::Walk).collect();
+        Gait::of_segments("calibration", period_s, self.robot, &segments)
     }
 
     /// Those walks that keep the bounds, with what they tell. Counts the others by reason.

@@ -6,15 +6,16 @@ use mlr_filter::SettingError;
 
 use crate::{
     JointAxis, Morphology, Obedience, Payload, Robot, Servo, SimulationSettings,
-    rigid_mass::RigidMass,
-    robot::{Body, ContactShape},
+    rigid_mass::{RigidMass, locked_frames},
+    robot::{Body, ContactShape, Link},
     simulation::{LostLinks, leg_state::LegState},
 };
 
 /// The rigid parts of a damaged robot: its body, and chains of links that hang on it.
 ///
 /// Lost links are no parts of it. Locked ones keep their mass on the part that they hang on, at
-/// the angles at which they are locked, and touch nothing.
+/// the angles at which they are locked. They can touch the ground where that part is a link, which
+/// moves; locked to the body they stay clear of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
     /// Of the body, in the body frame.
@@ -49,6 +50,19 @@ pub struct LinkPart {
     pub contact: Option<ContactShape>,
     /// How the joint takes its commands.
     pub obedience: Obedience,
+    /// What can touch the ground of the locked links that hang on it.
+    pub locked: Vec<LockedContact>,
+}
+
+/// A link that can touch the ground although its servo holds it at one angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LockedContact {
+    /// The link's frame in that of the part which carries it, x along the link.
+    pub frame: Isometry3<f64>,
+    /// From its joint to its outer end.
+    pub length_m: f64,
+    /// How it touches the ground.
+    pub shape: ContactShape,
 }
 
 impl Assembly {
@@ -120,12 +134,18 @@ impl Assembly {
                     mass: RigidMass::of_link(link),
                     contact: link.contact,
                     obedience: state.obedience(number),
+                    locked: Vec::new(),
                 });
                 frame = link.outer_end();
             }
             if locked {
-                let carrier = links.last_mut().map_or(&mut body, |part| &mut part.mass);
-                carrier.attach_locked(lost, frame);
+                match links.last_mut() {
+                    Some(part) => {
+                        part.mass.attach_locked(lost, frame);
+                        part.locked = locked_contacts(lost, frame);
+                    }
+                    None => body.attach_locked(lost, frame),
+                }
             }
             AssembledLeg {
                 links,
@@ -148,6 +168,20 @@ impl Assembly {
         let links = self.legs.iter().flat_map(|leg| &leg.links);
         self.body.mass_kg() + links.map(|part| part.mass.mass_kg()).sum::<f64>()
     }
+}
+
+/// Those of `links` that can touch the ground, the first one's joint at `frame`.
+fn locked_contacts(links: &[Link], frame: Isometry3<f64>) -> Vec<LockedContact> {
+    let placed = links.iter().zip(locked_frames(links, frame));
+    placed
+        .filter_map(|(link, frame)| {
+            Some(LockedContact {
+                frame,
+                length_m: link.length_m,
+                shape: link.contact?,
+            })
+        })
+        .collect()
 }
 
 fn assert_fits(morphology: &Morphology, robot: &Robot) {

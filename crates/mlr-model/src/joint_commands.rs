@@ -2,7 +2,7 @@
 
 use mlr_filter::SettingError;
 
-use crate::{FootMotion, Gait, ModelError, Motion, Robot, kinematics};
+use crate::{FootMotion, FootTarget, Gait, Leg, ModelError, Motion, Robot, kinematics};
 
 /// Commanded joint angles of the healthy robot, one set per controller tick.
 ///
@@ -120,9 +120,20 @@ pub(crate) fn reaching(
     period_s: f64,
     time_s: f64,
 ) -> Result<Vec<f64>, ModelError> {
+    reaching_targets(robot, time_s, |index, leg| {
+        feet.foot_target(period_s, index, leg, time_s)
+    })
+}
+
+/// Joint angles that bring every foot to its target in the body frame; `time_s` is for the message.
+pub(crate) fn reaching_targets(
+    robot: &Robot,
+    time_s: f64,
+    target: impl Fn(usize, &Leg) -> FootTarget,
+) -> Result<Vec<f64>, ModelError> {
     let mut angles_rad = Vec::with_capacity(robot.layout().total_links());
     for (index, leg) in robot.legs().iter().enumerate() {
-        let target = feet.foot_target(period_s, index, leg, time_s);
+        let target = target(index, leg);
         angles_rad.extend(kinematics::inverse(leg, target).map_err(|out_of_reach| {
             ModelError::Unreachable {
                 leg: index + 1,

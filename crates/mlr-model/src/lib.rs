@@ -51,12 +51,12 @@ mod simulation;
 mod terrain;
 mod variation;
 
-pub use assembly::{AssembledLeg, Assembly, LinkPart};
+pub use assembly::{AssembledLeg, Assembly, LinkPart, LockedContact};
 pub use error::ModelError;
 pub use fault::Fault;
 pub use gait::{
-    FoldTiming, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, LEAST_JERK_PEAK, Motion,
-    least_jerk_share,
+    BodyNod, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, LEAST_JERK_PEAK, LegPress,
+    Motion, MotionSegment, SegmentTiming, least_jerk_share,
 };
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};

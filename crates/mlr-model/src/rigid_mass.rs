@@ -48,12 +48,8 @@ impl RigidMass {
     /// Adds `links` rigidly, each at its locked angle, the first one's joint at
     /// `frame`.
     pub(crate) fn attach_locked(&mut self, links: &[Link], frame: Isometry3<f64>) {
-        let mut joint = frame;
-        for link in links {
-            let rotation = rotation_about(&link.joint.direction(), link.locked_rad);
-            joint.rotation *= rotation;
-            self.attach(&Self::of_link(link), &joint);
-            joint *= link.outer_end();
+        for (link, frame) in links.iter().zip(locked_frames(links, frame)) {
+            self.attach(&Self::of_link(link), &frame);
         }
     }
 
@@ -71,6 +67,17 @@ impl RigidMass {
         self.mass_kg = mass_kg;
         self.center_m = center_m;
     }
+}
+
+/// Frames of links that are locked, each at its own angle, the first one's joint at `frame`.
+pub(crate) fn locked_frames(links: &[Link], frame: Isometry3<f64>) -> Vec<Isometry3<f64>> {
+    let each = links.iter().scan(frame, |joint, link| {
+        joint.rotation *= rotation_about(&link.joint.direction(), link.locked_rad);
+        let frame = *joint;
+        *joint *= link.outer_end();
+        Some(frame)
+    });
+    each.collect()
 }
 
 /// Inertia of a point mass at `offset`.

@@ -1,14 +1,18 @@
 //! What the robot is commanded to do.
 
+mod body_motion;
 mod file;
 mod folded_walk;
 mod foot_motion;
 mod joint_trajectory;
 mod joints_csv;
+mod segment;
 
-pub use folded_walk::{FoldTiming, FoldedWalk, LEAST_JERK_PEAK, least_jerk_share};
+pub use body_motion::{BodyNod, LegPress};
+pub use folded_walk::FoldedWalk;
 pub use foot_motion::{FootMotion, FootTarget};
 pub use joint_trajectory::JointTrajectory;
+pub use segment::{LEAST_JERK_PEAK, MotionSegment, SegmentTiming, least_jerk_share};
 
 use std::fmt;
 

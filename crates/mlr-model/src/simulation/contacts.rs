@@ -1,11 +1,11 @@
 //! What of the robot can touch the ground.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
-use super::GroundContact;
+use super::{GroundContact, physics::to_pose};
 use crate::{
-    assembly::LinkPart,
+    assembly::{LinkPart, LockedContact},
     robot::{Body, ContactShape},
 };
 
@@ -29,33 +29,50 @@ pub(super) fn body(body: &Body, contact: &GroundContact) -> Collider {
     robot_part(ColliderBuilder::cuboid(half.x, half.y, half.z), contact).build()
 }
 
-/// The collider of a link, which may grip otherwise than the ground says.
-pub(super) fn link(
+/// The colliders of a link and of the locked ones that hang on it, which may grip otherwise than the
+/// ground says.
+pub(super) fn links(
     link: &LinkPart,
     contact: &GroundContact,
     own_friction: Option<f64>,
-) -> Option<Collider> {
-    let length_m = link.length_m as f32;
-    let builder = match link.contact? {
+) -> Vec<Collider> {
+    let own = link.contact.map(|shape| LockedContact {
+        frame: Isometry3::identity(),
+        length_m: link.length_m,
+        shape,
+    });
+    own.iter()
+        .chain(&link.locked)
+        .map(|part| {
+            let builder = robot_part(placed_shape(part), contact);
+            match own_friction {
+                // The ground multiplies what is left of its own friction.
+                Some(friction) => builder
+                    .friction((friction / contact.friction.max(f64::MIN_POSITIVE)) as f32)
+                    .friction_combine_rule(CoefficientCombineRule::Multiply)
+                    .build(),
+                None => builder.build(),
+            }
+        })
+        .collect()
+}
+
+fn placed_shape(part: &LockedContact) -> ColliderBuilder {
+    let length_m = part.length_m as f32;
+    let frame = to_pose(&part.frame);
+    match part.shape {
         ContactShape::Capsule { radius_m } => ColliderBuilder::capsule_from_endpoints(
             Vector::ZERO,
             Vector::new(length_m, 0.0, 0.0),
             radius_m as f32,
-        ),
-        ContactShape::Foot { radius_m } => ColliderBuilder::ball(radius_m as f32)
-            .translation(Vector::new(length_m - radius_m as f32, 0.0, 0.0)),
-    };
-    let builder = robot_part(builder, contact);
-    Some(match own_friction {
-        // The ground multiplies what is left of its own friction.
-        Some(friction) => builder
-            .friction((friction / contact.friction.max(f64::MIN_POSITIVE)) as f32)
-            .friction_combine_rule(CoefficientCombineRule::Multiply)
-            .build(),
-        None => builder.build(),
-    })
+        )
+        .position(frame),
+        ContactShape::Foot { radius_m } => {
+            let center = Vector::new(length_m - radius_m as f32, 0.0, 0.0);
+            ColliderBuilder::ball(radius_m as f32).position(frame * Pose::from_translation(center))
+        }
+    }
 }
-
 fn robot_part(builder: ColliderBuilder, contact: &GroundContact) -> ColliderBuilder {
     surface(builder, contact).collision_groups(InteractionGroups::new(
         ROBOT,

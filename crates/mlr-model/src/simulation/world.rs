@@ -140,7 +140,7 @@ impl<'a> World<'a> {
                 servo: ServoState::at(state.target_rad(&simulator.commands, link_index, 0.0)),
             });
             let ground = &simulator.settings.contact;
-            if let Some(collider) = contacts::link(link, ground, state.friction) {
+            for collider in contacts::links(link, ground, state.friction) {
                 self.add_collider(collider, part, index + 1);
             }
             parent = part;

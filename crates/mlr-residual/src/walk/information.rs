@@ -339,7 +339,7 @@ fn greatest_tilt_deg(orientation: &OrientationSeries) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use mlr_model::{FoldTiming, FoldedWalk, JointTrajectory, Motion};
+    use mlr_model::{FoldedWalk, MotionSegment};
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
@@ -352,12 +352,7 @@ mod tests {
             gait: Gait::tripod(),
             cycles: 2,
         };
-        let joints = JointTrajectory::of_folded_walks(&robot, &[walk], FoldTiming::default());
-        Gait {
-            name: "folded".into(),
-            period_s: 1.0,
-            motion: Motion::Joints(joints.unwrap()),
-        }
+        Gait::of_segments("folded", 1.0, &robot, &[MotionSegment::Walk(walk)]).unwrap()
     }
 
     fn of_ensemble<T>(robot: &Robot, of: impl Fn(&Ensemble<'_>) -> T) -> T {
