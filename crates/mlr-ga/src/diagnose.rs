@@ -1,37 +1,33 @@
 //! The motion of a damaged robot that tells most about which links it has lost.
 
+mod candidates;
+mod question;
 mod report;
 
-pub use report::{DiagnosisReport, OpenMorphology};
+pub use question::{OpenMorphology, OpenQuestion};
+pub use report::DiagnosisReport;
 
 use mlr_filter::OrientationSeries;
 use mlr_model::{
-    FoldTiming, FoldedWalk, Gait, JointTrajectory, LostLinks, ModelError, Morphology, Motion,
-    Outcome, Record, Robot, SimulationSettings, Simulator,
+    Gait, LostLinks, ModelError, MotionSegment, Outcome, Record, Robot, SimulationSettings,
+    Simulator,
 };
 use mlr_residual::{Progress, ln_mean};
 use rayon::prelude::*;
 
-use crate::{
-    Identification, IdentifySettings, ProbeSettings,
-    comparison::{AlignedMeasurement, Alignment, ComparableWalk, SpectralSettings},
-    probe::{of_legs, varied},
-};
+use candidates::Candidates;
+use question::{Hypothesis, entropy_nats};
 
-/// What a log leaves open.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OpenQuestion {
-    /// Morphologies with their probabilities, which sum to one, most probable first.
-    pub morphologies: Vec<(Morphology, f64)>,
-    /// What the lost links have become.
-    pub lost_links: LostLinks,
-}
+use crate::{
+    IdentifySettings, ProbeSettings,
+    comparison::{AlignedMeasurement, Alignment, ComparableWalk, SpectralSettings},
+};
 
 /// A segment of the motion.
 #[derive(Debug, Clone)]
 pub struct DiagnosisSegment {
-    /// The walk.
-    pub walk: FoldedWalk,
+    /// What the robot does.
+    pub motion: MotionSegment,
     /// From stance to stance.
     pub duration_s: f64,
     /// Expected entropy of the morphology after it and the segments before it.
@@ -45,88 +41,33 @@ pub struct DiagnosisMotion {
     pub gait: Option<Gait>,
     /// What it is made of, in order.
     pub segments: Vec<DiagnosisSegment>,
-    /// How many walks were looked at.
+    /// How many segments were looked at.
     pub candidates: usize,
     /// How many of them keep the bounds.
     pub bounded: usize,
 }
 
-/// A log whose morphology is known better than this leaves nothing to tell apart.
-const SURE_NATS: f64 = 0.05;
-/// Less probable morphologies are not asked about.
-const LEAST_PROBABILITY: f64 = 0.01;
 /// A segment must make the expected entropy less by so much.
 const LEAST_GAIN_NATS: f64 = 0.01;
 /// Variations of the model that each morphology is simulated under, at most.
 const DRAWS: usize = 6;
-/// Step cycles of a segment at full stride or growing.
-const CYCLES: usize = 2;
-/// Other steps of the best walks: stride, lift and period over those of the gait.
-const STEPS: [[f64; 3]; 4] = [
-    [0.5, 1.0, 1.0],
-    [1.3, 1.0, 1.0],
-    [0.5, 1.5, 1.0],
-    [1.0, 1.0, 1.5],
-];
-/// Of so many walks.
-const VARIED: usize = 2;
 /// Recorded before the first step, for delays below zero.
 const STAND_S: f64 = 0.2;
 
-impl OpenQuestion {
-    /// What an answer leaves open: the morphologies of at least one percent.
-    pub fn of(answer: &Identification) -> Self {
-        let others = answer.alternatives.iter();
-        let others = others.map(|other| (other.morphology.clone(), other.probability));
-        let mut morphologies: Vec<_> = others
-            .filter(|(_, probability)| *probability >= LEAST_PROBABILITY)
-            .collect();
-        morphologies.push((answer.morphology.clone(), answer.probability.max(1e-12)));
-        morphologies.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        let sum: f64 = morphologies
-            .iter()
-            .map(|(_, probability)| probability)
-            .sum();
-        for (_, probability) in &mut morphologies {
-            *probability /= sum;
-        }
-        Self {
-            morphologies,
-            lost_links: answer.fit.lost_links,
-        }
-    }
-
-    /// Entropy of the morphology.
-    pub fn entropy_nats(&self) -> f64 {
-        entropy_nats(
-            self.morphologies
-                .iter()
-                .map(|(_, probability)| *probability),
-        )
-    }
-
-    /// Whether there is nothing to tell apart.
-    pub fn is_sure(&self) -> bool {
-        self.entropy_nats() < SURE_NATS
-    }
-}
-
-fn entropy_nats(probabilities: impl Iterator<Item = f64>) -> f64 {
-    let positive = probabilities.filter(|p| *p > 0.0);
-    positive.map(|p| -p * p.ln()).sum()
-}
-
-/// ln L of each morphology, for each true morphology and draw.
+/// ln L of each morphology, for each true hypothesis and draw.
 type LnLikelihoods = Vec<Vec<f64>>;
 
 struct Candidate {
-    walk: FoldedWalk,
+    motion: MotionSegment,
     duration_s: f64,
     ln_likelihoods: LnLikelihoods,
 }
 
-/// Searches walks with folded legs that keep the bounds under every morphology in question and every
-/// variation of the model, and joins those that lower the expected entropy most in their time.
+/// Searches segments that keep the bounds under every morphology in question, its lost links gone or
+/// locked as far as that is in question, and every variation of the model: legs in doubt press on the
+/// ground, and the robot walks with legs folded. Joins those that lower the expected entropy most in their time.
+///
+/// The motion begins with a nod of the body: a log shows when that starts.
 ///
 /// # Errors
 /// [`ModelError`] when robot, gait and settings do not fit.
@@ -139,42 +80,25 @@ pub fn diagnosis_motion(
     progress: &dyn Progress,
 ) -> Result<DiagnosisMotion, ModelError> {
     settings.check()?;
-    let search = Search::new(question, robot, identification, settings);
-    let walks = of_legs(robot.legs().len(), settings.most_folded_legs)
-        .into_iter()
-        .map(|folded_legs| FoldedWalk {
-            folded_legs,
-            gait: gait.clone(),
-            cycles: CYCLES,
-        });
-    let mut walks: Vec<FoldedWalk> = walks.collect();
-    let mut kept = search.kept(&walks, progress)?;
-    kept.sort_by(|a, b| {
-        search
-            .rate(a, None)
-            .total_cmp(&search.rate(b, None))
-            .reverse()
-    });
-    let leading = kept.iter().take(VARIED).map(|one| one.walk.clone());
-    // Steps of the plain walk too, with which a motion begins.
-    let mut leading: Vec<FoldedWalk> = leading.collect();
-    if !leading.contains(&walks[0]) {
-        leading.push(walks[0].clone());
-    }
-    let more = leading
-        .iter()
-        .flat_map(|walk| STEPS.map(|steps| varied(walk, steps)));
-    let more: Vec<FoldedWalk> = more.collect();
+    let search = Search::new(question, robot, gait, identification, settings);
+    let candidates = Candidates { robot, gait };
+    let legs = question.legs_in_doubt();
+    let mut tried = candidates.presses(&legs);
+    tried.extend(candidates.walks(settings.most_folded_legs));
+    let mut kept = search.kept(&tried, progress)?;
+    kept.sort_by(|a, b| search.rate(b, None).total_cmp(&search.rate(a, None)));
+    let leading = kept.iter().map(|one| &one.motion);
+    let more = candidates.other_steps(leading);
     kept.extend(search.kept(&more, progress)?);
-    walks.extend(more);
     let bounded = kept.len();
-    let mut segments = search.greedy(kept);
+    let mut segments = search.greedy(kept)?;
     // Segments are simulated alone; what they leave of the one before may be too much.
     let gait = loop {
-        if segments.is_empty() {
+        if segments.len() < 2 {
+            segments.clear();
             break None;
         }
-        let joined: Vec<FoldedWalk> = segments.iter().map(|one| one.walk.clone()).collect();
+        let joined: Vec<_> = segments.iter().map(|one| one.motion.clone()).collect();
         let whole = search.joined(&joined)?;
         if search.walked(&whole)?.is_some() {
             break Some(whole);
@@ -184,14 +108,16 @@ pub fn diagnosis_motion(
     Ok(DiagnosisMotion {
         gait,
         segments,
-        candidates: walks.len(),
+        candidates: tried.len() + more.len(),
         bounded,
     })
 }
 
 struct Search<'s> {
     question: &'s OpenQuestion,
+    hypotheses: Vec<Hypothesis<'s>>,
     robot: &'s Robot,
+    gait: &'s Gait,
     identification: &'s IdentifySettings,
     settings: ProbeSettings,
     /// Indices of the variations that are drawn.
@@ -202,6 +128,7 @@ impl<'s> Search<'s> {
     fn new(
         question: &'s OpenQuestion,
         robot: &'s Robot,
+        gait: &'s Gait,
         identification: &'s IdentifySettings,
         settings: ProbeSettings,
     ) -> Self {
@@ -210,48 +137,60 @@ impl<'s> Search<'s> {
         let draws = (0..count).map(|draw| draw * all / count.max(1)).collect();
         Self {
             question,
+            hypotheses: question.hypotheses(),
             robot,
+            gait,
             identification,
             settings,
             draws,
         }
     }
 
-    fn joined(&self, walks: &[FoldedWalk]) -> Result<Gait, ModelError> {
-        let joints = JointTrajectory::of_folded_walks(self.robot, walks, FoldTiming::default())?;
-        Ok(Gait {
-            name: "probe".into(),
-            period_s: walks.first().map_or(1.0, |walk| walk.gait.period_s),
-            motion: Motion::Joints(joints),
-        })
+    fn joined(&self, segments: &[MotionSegment]) -> Result<Gait, ModelError> {
+        Gait::of_segments("probe", self.gait.period_s, self.robot, segments)
     }
 
-    /// The motion of every morphology under every draw; `None` where one of them breaks a bound.
+    /// The motion of every hypothesis under every draw; `None` where one of them breaks a bound.
     fn walked(&self, gait: &Gait) -> Result<Option<Vec<OrientationSeries>>, ModelError> {
         let identification = self.identification;
         let duration_s = Alignment::longest_s(gait.duration_s().unwrap_or_default()) + 0.1;
-        let simulators = self.draws.iter().map(|&draw| {
-            let variation = &identification.variations[draw];
-            let (robot, simulation) = variation.apply(self.robot, &identification.simulation)?;
-            let simulation = SimulationSettings {
-                duration_s,
-                stand_s: STAND_S,
-                lost_links: self.question.lost_links,
-                record: Record {
-                    torques: true,
-                    ..Record::default()
-                },
-                ..simulation
-            };
-            Simulator::new(robot, gait, simulation)
-        });
-        let simulators = simulators.collect::<Result<Vec<_>, _>>()?;
+        let simulators = |lost_links: LostLinks| {
+            let each = self.draws.iter().map(move |&draw| {
+                let variation = &identification.variations[draw];
+                let (robot, simulation) =
+                    variation.apply(self.robot, &identification.simulation)?;
+                let simulation = SimulationSettings {
+                    duration_s,
+                    stand_s: STAND_S,
+                    lost_links,
+                    record: Record {
+                        torques: true,
+                        ..Record::default()
+                    },
+                    ..simulation
+                };
+                Simulator::new(robot, gait, simulation)
+            });
+            each.collect::<Result<Vec<_>, _>>()
+        };
+        let (gone, locked) = (
+            simulators(LostLinks::Absent)?,
+            simulators(LostLinks::Locked)?,
+        );
         let bounds = self.settings.bounds;
         let limit_nm = self.robot.servo().torque_limit_nm;
-        let morphologies = &self.question.morphologies;
-        let cases: Vec<_> = morphologies
+        let cases: Vec<_> = self
+            .hypotheses
             .iter()
-            .flat_map(|(morphology, _)| simulators.iter().map(move |one| (morphology, one)))
+            .flat_map(|one| {
+                let simulators = match one.lost_links {
+                    LostLinks::Absent => &gone,
+                    LostLinks::Locked => &locked,
+                };
+                simulators
+                    .iter()
+                    .map(move |simulator| (one.morphology, simulator))
+            })
             .collect();
         let walked: Option<Vec<_>> = cases
             .par_iter()
@@ -268,21 +207,21 @@ impl<'s> Search<'s> {
         Ok(walked)
     }
 
-    /// Those walks that keep the bounds.
+    /// Those segments that keep the bounds.
     fn kept(
         &self,
-        walks: &[FoldedWalk],
+        segments: &[MotionSegment],
         progress: &dyn Progress,
     ) -> Result<Vec<Candidate>, ModelError> {
-        progress.expect_more(walks.len());
+        progress.expect_more(segments.len());
         let mut kept = Vec::new();
-        for walk in walks {
-            match self.joined(std::slice::from_ref(walk)) {
+        for motion in segments {
+            match self.joined(std::slice::from_ref(motion)) {
                 Ok(gait) => {
                     if let Some(walked) = self.walked(&gait)? {
                         let duration_s = gait.duration_s().unwrap_or_default();
                         kept.push(Candidate {
-                            walk: walk.clone(),
+                            motion: motion.clone(),
                             duration_s,
                             ln_likelihoods: self.ln_likelihoods(&walked, &gait, duration_s),
                         });
@@ -329,7 +268,7 @@ impl<'s> Search<'s> {
                 }
                 Some(likelihood.ln_likelihood(&misfit))
             };
-            let of_morphology = |others: &[ComparableWalk]| {
+            let of_hypothesis = |others: &[ComparableWalk]| {
                 let others = others.iter().enumerate();
                 let others = others.filter(|(draw, _)| draws == 1 || *draw != truth % draws);
                 let ln: Vec<f64> = others
@@ -337,23 +276,40 @@ impl<'s> Search<'s> {
                     .collect();
                 ln_mean(ln.iter().copied(), ln.len())
             };
-            simulated.chunks(draws).map(of_morphology).collect()
+            let of_hypotheses: Vec<f64> = simulated.chunks(draws).map(of_hypothesis).collect();
+            self.of_morphologies(&of_hypotheses)
         });
         each.collect()
     }
 
-    /// The mean entropy of the posterior over true morphologies and draws.
+    /// ln L of each morphology: the mean over what its lost links may be.
+    fn of_morphologies(&self, ln_of_hypotheses: &[f64]) -> Vec<f64> {
+        let each = self.question.morphologies.iter().enumerate();
+        let each = each.map(|(index, _)| {
+            let both = self.hypotheses.iter().zip(ln_of_hypotheses);
+            let of_it = both.filter(|(one, _)| one.index == index);
+            let all: f64 = of_it.clone().map(|(one, _)| one.probability).sum();
+            ln_mean(of_it.map(|(one, ln)| ln + (one.probability / all).ln()), 1)
+        });
+        each.collect()
+    }
+
+    /// The mean entropy of the posterior over true hypotheses and draws.
     fn expected_entropy_nats(&self, ln_likelihoods: &LnLikelihoods) -> f64 {
         let prior = &self.question.morphologies;
         let draws = self.draws.len();
         let truths = ln_likelihoods.iter().enumerate();
         let each = truths.map(|(truth, ln)| {
-            let ln = ln.iter().zip(prior).map(|(ln, (_, prior))| ln + prior.ln());
+            let ln = ln
+                .iter()
+                .zip(prior)
+                .map(|(ln, one)| ln + one.probability.ln());
             let ln: Vec<f64> = ln.collect();
             let most = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let weights: Vec<f64> = ln.iter().map(|ln| (ln - most).exp()).collect();
             let sum: f64 = weights.iter().sum();
-            prior[truth / draws].1 * entropy_nats(weights.iter().map(|weight| weight / sum))
+            let probability = self.hypotheses[truth / draws].probability;
+            probability * entropy_nats(weights.iter().map(|weight| weight / sum))
         });
         each.sum::<f64>() / draws as f64
     }
@@ -375,25 +331,24 @@ impl<'s> Search<'s> {
         (before_nats - self.after_nats(candidate, known)) / candidate.duration_s
     }
 
-    /// The segments that lower the expected entropy most for their time, until nothing more is gained.
-    /// The first has no leg folded where such a walk keeps the bounds: a log shows when that starts.
-    fn greedy(&self, mut left: Vec<Candidate>) -> Vec<DiagnosisSegment> {
-        let mut chosen: Vec<DiagnosisSegment> = Vec::new();
+    /// The segments that lower the expected entropy most for their time, until nothing more is gained,
+    /// after a nod.
+    fn greedy(&self, mut left: Vec<Candidate>) -> Result<Vec<DiagnosisSegment>, ModelError> {
+        let opening = candidates::opening(self.gait);
+        let nodded = self.joined(std::slice::from_ref(&opening))?;
+        let mut time_s = nodded.duration_s().unwrap_or_default();
+        let mut chosen = vec![DiagnosisSegment {
+            motion: opening,
+            duration_s: time_s,
+            entropy_nats: self.question.entropy_nats(),
+        }];
         let mut known: Option<LnLikelihoods> = None;
-        let mut time_s = 0.0;
         loop {
             left.retain(|one| time_s + one.duration_s <= self.settings.longest_s);
-            let opens = |one: &Candidate| one.walk.folded_legs.is_empty();
-            let opening = chosen.is_empty() && left.iter().any(opens);
-            let best = (0..left.len())
-                .filter(|index| !opening || opens(&left[*index]))
-                .max_by(|a, b| {
-                    let rate = |index: &usize| self.rate(&left[*index], known.as_ref());
-                    rate(a).total_cmp(&rate(b))
-                });
-            let Some(best) = best else { break };
-            let gain_nats = self.rate(&left[best], known.as_ref()) * left[best].duration_s;
-            if !opening && gain_nats < LEAST_GAIN_NATS {
+            let rates = left.iter().map(|one| self.rate(one, known.as_ref()));
+            let best = rates.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
+            let Some((best, rate)) = best else { break };
+            if rate * left[best].duration_s < LEAST_GAIN_NATS {
                 break;
             }
             let segment = left.swap_remove(best);
@@ -404,19 +359,12 @@ impl<'s> Search<'s> {
                 None => segment.ln_likelihoods,
             });
             chosen.push(DiagnosisSegment {
-                walk: segment.walk,
+                motion: segment.motion,
                 duration_s: segment.duration_s,
                 entropy_nats,
             });
         }
-        // An opening alone that tells nothing is no motion worth playing.
-        let after_nats = chosen
-            .last()
-            .map_or(f64::INFINITY, |last| last.entropy_nats);
-        match after_nats < self.question.entropy_nats() {
-            true => chosen,
-            false => Vec::new(),
-        }
+        Ok(chosen)
     }
 }
 

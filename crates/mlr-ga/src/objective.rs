@@ -136,15 +136,8 @@ impl<'a> WalkObjective<'a> {
             ln_mean(fits.iter().map(|fit| fit.ln_likelihood), tried.all())
         } else {
             let cases = self.lost_links(candidate);
-            let each = cases.iter().map(|&lost_links| {
-                let of_log = |log: usize| {
-                    let is_of =
-                        |fit: &&CaseFit| fit.log == log && fit.case.lost_links == lost_links;
-                    let fits = fits.iter().filter(is_of).map(|fit| fit.ln_likelihood);
-                    ln_mean(fits, tried.of(log, lost_links))
-                };
-                (0..self.logs.len()).map(of_log).sum::<f64>()
-            });
+            let each = cases.iter();
+            let each = each.map(|&lost_links| self.ln_likelihood(lost_links, fits, tried));
             let each: Vec<f64> = each.collect();
             ln_mean(each.iter().copied(), cases.len())
         };
@@ -152,6 +145,47 @@ impl<'a> WalkObjective<'a> {
             return f64::NEG_INFINITY;
         }
         ln_likelihood + self.prior.ln(candidate)
+    }
+
+    /// Probability that the lost links of a candidate are locked, over the cases that it was tried
+    /// in; `None` where it has none, or no case fits.
+    pub fn locked_probability(
+        &self,
+        candidate: &Morphology,
+        fits: &[CaseFit],
+        tried: &Tried,
+    ) -> Option<f64> {
+        if candidate.is_healthy() {
+            return None;
+        }
+        let cases = self.lost_links(candidate).iter();
+        let each: Vec<_> = cases
+            .map(|&case| (case, self.ln_likelihood(case, fits, tried)))
+            .collect();
+        let most = each
+            .iter()
+            .map(|(_, ln)| *ln)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let weights = each.iter().map(|(case, ln)| (case, (ln - most).exp()));
+        let (locked, all) = weights.fold((0.0, 0.0), |(locked, all), (case, weight)| {
+            let of_locked = if *case == LostLinks::Locked {
+                weight
+            } else {
+                0.0
+            };
+            (locked + of_locked, all + weight)
+        });
+        most.is_finite().then_some(locked / all)
+    }
+
+    /// Logarithm of the likelihood of a candidate whose lost links are so, in all logs together.
+    fn ln_likelihood(&self, lost_links: LostLinks, fits: &[CaseFit], tried: &Tried) -> f64 {
+        let of_log = |log: usize| {
+            let is_of = |fit: &&CaseFit| fit.log == log && fit.case.lost_links == lost_links;
+            let fits = fits.iter().filter(is_of).map(|fit| fit.ln_likelihood);
+            ln_mean(fits, tried.of(log, lost_links))
+        };
+        (0..self.logs.len()).map(of_log).sum()
     }
 
     /// The logarithm of likelihood times prior that a cost stands for.

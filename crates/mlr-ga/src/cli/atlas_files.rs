@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use mlr_ga::{
-    IdentifySettings,
+    IdentifySettings, RecordedWalk,
     atlas::{Atlas, AtlasError},
 };
+use mlr_imu::Recording;
 use mlr_model::{Gait, Robot};
 
 /// The atlases of several logs.
@@ -68,6 +69,21 @@ impl AtlasFiles {
 }
 
 impl Atlases {
+    /// Recordings with their gaits and atlases.
+    pub(super) fn walks<'w>(
+        &'w self,
+        recordings: &'w [Recording],
+        gaits: &'w [Gait],
+    ) -> Vec<RecordedWalk<'w>> {
+        let each = recordings.iter().zip(gaits).enumerate();
+        let walks = each.map(|(log, (recording, gait))| RecordedWalk {
+            recording,
+            gait,
+            atlas: self.of(log),
+        });
+        walks.collect()
+    }
+
     /// The atlas of a log.
     pub(super) fn of(&self, log: usize) -> Option<&Atlas> {
         let index = self.of_logs.get(log).copied().flatten()?;

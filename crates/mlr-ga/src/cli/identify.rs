@@ -5,8 +5,8 @@ use std::{path::PathBuf, time::Instant};
 use clap::{Args, ValueEnum};
 use mlr_filter::SettingError;
 use mlr_ga::{
-    IdentificationReport, IdentifySettings, LogReport, LossHypothesis, Method, RecordedWalk,
-    Search, identify_together,
+    IdentificationReport, IdentifySettings, LogReport, LossHypothesis, Method, Search,
+    identify_together,
 };
 
 use super::{
@@ -81,21 +81,11 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let picture = picture.map(ResultFile::reserve).transpose()?;
     let recordings = options.logs.read(&configuration.mounting)?;
     let atlases = options.atlas.open(&robot, &gaits, &settings)?;
-    let each = recordings.iter().zip(&gaits).enumerate();
-    let walks: Vec<RecordedWalk<'_>> = each
-        .map(|(log, (recording, gait))| RecordedWalk {
-            recording,
-            gait,
-            atlas: atlases.of(log),
-        })
-        .collect();
+    let walks = atlases.walks(&recordings, &gaits);
     let bar = Bar::new();
     let answer = identify_together(&walks, &robot, &settings, &bar);
     bar.clear();
-    let identification = answer.map_err(|(log, error)| {
-        let of_the_log = error.is_recordings_fault();
-        options.logs.blame_if(log, of_the_log, error.into())
-    })?;
+    let identification = answer.map_err(|(log, error)| options.logs.blame(log, error))?;
     let files = options.logs.names();
     if files.len() > 1 {
         for (file, log) in files.iter().zip(&identification.logs) {

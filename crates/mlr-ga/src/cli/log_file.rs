@@ -82,11 +82,6 @@ impl LimitOptions {
 }
 
 impl LogFile {
-    /// A log that a command may do without.
-    pub(super) fn new(log: PathBuf, read: ReadOptions) -> Self {
-        Self { log, read }
-    }
-
     pub(super) fn path(&self) -> &PathBuf {
         &self.log
     }
@@ -108,6 +103,11 @@ impl LogFile {
 }
 
 impl LogFiles {
+    /// Logs that a command may do without.
+    pub(super) fn new(logs: Vec<PathBuf>, read: ReadOptions) -> Self {
+        Self { logs, read }
+    }
+
     pub(super) fn paths(&self) -> &[PathBuf] {
         &self.logs
     }
@@ -123,6 +123,12 @@ impl LogFiles {
     pub(super) fn names(&self) -> Vec<String> {
         let each = self.logs.iter();
         each.map(|log| log.display().to_string()).collect()
+    }
+
+    /// Names one of the logs in an error that is its fault.
+    pub(super) fn blame(&self, index: usize, error: AnswerError) -> anyhow::Error {
+        let of_the_log = error.is_recordings_fault();
+        self.blame_if(index, of_the_log, error.into())
     }
 
     /// Names one of the logs in an error if that is its fault.

@@ -1,9 +1,8 @@
 //! What a diagnosis motion says of itself, as JSON.
 
-use mlr_model::Morphology;
 use serde::Serialize;
 
-use super::{DiagnosisMotion, OpenQuestion};
+use super::{DiagnosisMotion, OpenMorphology, OpenQuestion};
 use crate::ReportedSegment;
 
 /// Version of the JSON form.
@@ -25,19 +24,10 @@ pub struct DiagnosisReport {
     pub duration_s: f64,
     /// What it is made of, in order. `gain_nats` is what each adds to those before it.
     pub segments: Vec<ReportedSegment>,
-    /// How many walks were looked at.
+    /// How many segments were looked at.
     pub candidates: usize,
     /// How many of them keep the bounds.
     pub bounded: usize,
-}
-
-/// One of the morphologies in question.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OpenMorphology {
-    /// Which links are left.
-    pub morphology: Morphology,
-    /// Its probability among those in question.
-    pub probability: f64,
 }
 
 impl DiagnosisReport {
@@ -49,19 +39,13 @@ impl DiagnosisReport {
         let segments = chosen.iter().map(|segment| {
             let gain_nats = left_nats - segment.entropy_nats;
             left_nats = segment.entropy_nats;
-            ReportedSegment::of_walk(&segment.walk, segment.duration_s, gain_nats)
+            ReportedSegment::new(&segment.motion, segment.duration_s, gain_nats)
         });
         let segments = segments.collect();
         let gait = motion.and_then(|motion| motion.gait.as_ref());
-        let open = question.morphologies.iter();
         Self {
             schema: SCHEMA,
-            open: open
-                .map(|(morphology, probability)| OpenMorphology {
-                    morphology: morphology.clone(),
-                    probability: *probability,
-                })
-                .collect(),
+            open: question.morphologies.clone(),
             sure: question.is_sure(),
             entropy_before_nats: before_nats,
             entropy_after_nats: left_nats,

@@ -37,6 +37,9 @@ pub struct Identification {
     pub leg_damage_probability: Vec<f64>,
     /// Probability of each link to be gone, leg by leg from the body outward.
     pub link_loss_probability: Vec<Vec<f64>>,
+    /// Probability that the lost links of this morphology are locked and not gone; `None` where it
+    /// lost none, and by the paper's method.
+    pub locked_probability: Option<f64>,
     /// The paper's F of the best morphology on the nominal model.
     pub cost_rad: f64,
     /// F per sample and axis.
@@ -175,6 +178,8 @@ pub struct Alternative {
     pub cost_rad: f64,
     /// Its probability.
     pub probability: f64,
+    /// Probability that its lost links are locked and not gone, where that is asked.
+    pub locked_probability: Option<f64>,
 }
 
 /// How often repeated runs of the genetic algorithm gave a morphology.

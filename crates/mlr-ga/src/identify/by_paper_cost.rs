@@ -57,6 +57,7 @@ pub(super) fn verdict(
     };
     Ok(Verdict {
         alternatives: alternatives(&best, &belief, &evaluations, &cost),
+        locked_probability: None,
         cost_rad: paper_fits.cost_rad(),
         mean_error_deg: paper_fits.mean_error_deg(),
         logs: paper_fits
@@ -117,6 +118,7 @@ fn alternatives(
                 morphology: (*morphology).clone(),
                 cost_rad: cost.least(morphology)?.cost_rad(),
                 probability: belief.of(morphology),
+                locked_probability: None,
             })
         })
         .collect()

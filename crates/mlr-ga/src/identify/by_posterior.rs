@@ -57,6 +57,10 @@ pub(super) fn verdict(
         let weighed = weighed.get(morphology)?;
         leading::likeliest_fits(&objective, morphology, weighed)
     };
+    let locked_probability = |morphology: &Morphology| {
+        let weighed = weighed.get(morphology)?;
+        objective.locked_probability(morphology, &weighed.fits, &weighed.tried)
+    };
     let fits = likeliest(&best).ok_or_else(no_walk)?;
     let lost_links = fits.first().ok_or_else(no_walk)?.case.lost_links;
     let paper_fits = paper_costs.of(&best, lost_links).ok_or_else(no_walk)?;
@@ -93,7 +97,8 @@ pub(super) fn verdict(
         posterior,
     };
     Ok(Verdict {
-        alternatives: alternatives(&best, &belief, likeliest, &paper_costs),
+        alternatives: alternatives(&best, &belief, likeliest, locked_probability, &paper_costs),
+        locked_probability: locked_probability(&best),
         best,
         belief,
         logs: verdicts,
@@ -138,6 +143,7 @@ fn alternatives(
     best: &Morphology,
     belief: &Belief,
     likeliest: impl Fn(&Morphology) -> Option<Vec<CaseFit>> + Sync,
+    locked_probability: impl Fn(&Morphology) -> Option<f64> + Sync,
     paper_costs: &PaperCosts,
 ) -> Vec<Alternative> {
     let leading: Vec<_> = belief
@@ -156,6 +162,7 @@ fn alternatives(
                 morphology: morphology.clone(),
                 cost_rad: paper_fits.cost_rad(),
                 probability: belief.of(morphology),
+                locked_probability: locked_probability(morphology),
             })
         })
         .collect()

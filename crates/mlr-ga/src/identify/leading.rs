@@ -24,7 +24,7 @@ pub(super) struct Weighed {
     /// The cases that were worth comparing.
     pub(super) fits: Vec<CaseFit>,
     /// How many were tried.
-    tried: Tried,
+    pub(super) tried: Tried,
     /// Logarithm of likelihood times prior, up to a constant.
     pub(super) ln_weight: f64,
 }

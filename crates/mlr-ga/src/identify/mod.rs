@@ -130,6 +130,8 @@ struct Verdict {
     /// Probability of something else than damage, where the method asks for it.
     something_else: Option<f64>,
     alternatives: Vec<Alternative>,
+    /// Probability that the lost links of the best morphology are locked, where that is asked.
+    locked_probability: Option<f64>,
     evaluations: usize,
     diverged: usize,
     searched: Searched,
@@ -167,6 +169,7 @@ impl Verdict {
             legs_probability: belief.of_legs_of(&best),
             leg_damage_probability: belief.leg_damage(best.legs()),
             link_loss_probability: belief.link_loss((0..best.legs()).map(|leg| best.links(leg))),
+            locked_probability: self.locked_probability,
             cost_rad: self.cost_rad,
             mean_error_deg: self.mean_error_deg,
             fit: first.fit,

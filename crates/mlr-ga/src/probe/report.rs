@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use mlr_model::{FoldedWalk, RobotParameter};
+use std::fmt;
+
+use mlr_model::{MotionSegment, RobotParameter};
 use mlr_residual::walk::{Information, NuisanceSettings};
 use serde::Serialize;
 
@@ -36,18 +38,48 @@ pub struct ProbeReport {
 /// One segment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReportedSegment {
-    /// Numbers of the folded legs.
-    pub folded_legs: Vec<usize>,
-    /// Length of the stride.
-    pub stride_m: f64,
-    /// Height of a swinging foot.
-    pub lift_m: f64,
-    /// Of a step cycle.
-    pub period_s: f64,
+    /// What the robot does.
+    #[serde(flatten)]
+    pub motion: ReportedMotion,
     /// From stance to stance.
     pub duration_s: f64,
     /// Reduction of entropy that it makes alone, nats.
     pub gain_nats: f64,
+}
+
+/// What a robot does in a segment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ReportedMotion {
+    /// It walks while legs are folded.
+    Walk {
+        /// Their numbers.
+        folded_legs: Vec<usize>,
+        /// Length of the stride.
+        stride_m: f64,
+        /// Height of a swinging foot.
+        lift_m: f64,
+        /// Of a step cycle.
+        period_s: f64,
+    },
+    /// A leg presses on the ground.
+    Press {
+        /// Its number.
+        leg: usize,
+        /// Number of the joint that presses.
+        joint: usize,
+        /// To which angle.
+        angle_rad: f64,
+        /// How far the body is lowered.
+        lowered_m: f64,
+        /// How often.
+        times: usize,
+    },
+    /// The body rolls to one side and back.
+    Nod {
+        /// How far.
+        roll_rad: f64,
+    },
 }
 
 /// Standard deviations of a parameter in its coordinate: root mean squares over robots of the make.
@@ -84,10 +116,14 @@ impl ProbeReport {
             .map_or(&[][..], Vec::as_slice)
             .iter()
             .enumerate();
+        let segments = motion.segments.iter().map(|segment| {
+            let walk = MotionSegment::Walk(segment.walk.clone());
+            ReportedSegment::new(&walk, segment.duration_s, segment.gain_nats)
+        });
         Self {
             schema: SCHEMA,
             duration_s: motion.gait.duration_s().unwrap_or_default(),
-            segments: motion.segments.iter().map(ReportedSegment::new).collect(),
+            segments: segments.collect(),
             candidates: motion.candidates,
             left_out: motion.left_out.clone(),
             robots: motion.of_motion.len(),
@@ -115,19 +151,78 @@ impl ProbeReport {
 }
 
 impl ReportedSegment {
-    fn new(segment: &super::Segment) -> Self {
-        Self::of_walk(&segment.walk, segment.duration_s, segment.gain_nats)
-    }
-
-    pub(crate) fn of_walk(walk: &FoldedWalk, duration_s: f64, gain_nats: f64) -> Self {
-        let feet = walk.gait.feet();
+    pub(crate) fn new(motion: &MotionSegment, duration_s: f64, gain_nats: f64) -> Self {
         Self {
-            folded_legs: walk.folded_legs.iter().map(|leg| leg + 1).collect(),
-            stride_m: feet.map_or(0.0, |feet| feet.stride_m),
-            lift_m: feet.map_or(0.0, |feet| feet.lift_m),
-            period_s: walk.gait.period_s,
+            motion: ReportedMotion::new(motion),
             duration_s,
             gain_nats,
+        }
+    }
+}
+
+impl ReportedMotion {
+    fn new(motion: &MotionSegment) -> Self {
+        match motion {
+            MotionSegment::Walk(walk) => {
+                let feet = walk.gait.feet();
+                Self::Walk {
+                    folded_legs: walk.folded_legs.iter().map(|leg| leg + 1).collect(),
+                    stride_m: feet.map_or(0.0, |feet| feet.stride_m),
+                    lift_m: feet.map_or(0.0, |feet| feet.lift_m),
+                    period_s: walk.gait.period_s,
+                }
+            }
+            MotionSegment::Press(press) => Self::Press {
+                leg: press.leg + 1,
+                joint: press.joint + 1,
+                angle_rad: press.pose_rad.get(press.joint).copied().unwrap_or(0.0),
+                lowered_m: press.lowered_m,
+                times: press.times,
+            },
+            MotionSegment::Nod(nod) => Self::Nod {
+                roll_rad: nod.roll_rad,
+            },
+        }
+    }
+}
+
+/// For people, in one line.
+impl fmt::Display for ReportedMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Walk {
+                folded_legs,
+                stride_m,
+                lift_m,
+                period_s,
+            } => {
+                let legs: Vec<String> = folded_legs.iter().map(usize::to_string).collect();
+                match legs.len() {
+                    0 => write!(f, "walk")?,
+                    1 => write!(f, "walk, leg {} folded", legs[0])?,
+                    _ => write!(f, "walk, legs {} folded", legs.join(", "))?,
+                }
+                let (stride_mm, lift_mm) = (1e3 * stride_m, 1e3 * lift_m);
+                write!(
+                    f,
+                    ", stride {stride_mm:.0} mm, lift {lift_mm:.0} mm, period {period_s:.1} s"
+                )
+            }
+            Self::Press {
+                leg,
+                joint,
+                angle_rad,
+                lowered_m,
+                times,
+            } => {
+                let (angle_deg, lowered_mm) = (angle_rad.to_degrees(), 1e3 * lowered_m);
+                write!(
+                    f,
+                    "leg {leg} presses with joint {joint} at {angle_deg:.0}°, "
+                )?;
+                write!(f, "{times} times, body {lowered_mm:.0} mm lower")
+            }
+            Self::Nod { roll_rad } => write!(f, "nod, roll {:.0}°", roll_rad.to_degrees()),
         }
     }
 }

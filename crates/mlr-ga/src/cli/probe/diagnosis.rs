@@ -1,0 +1,95 @@
+//! `mlr-ga probe LOG`.
+
+use mlr_ga::{
+    DiagnosisReport, IdentifySettings, OpenQuestion, ProbeSettings, diagnosis_motion,
+    identify_together,
+};
+use mlr_model::Gait;
+
+use super::{
+    super::{log_file::LogFiles, model_files, output, progress::Bar},
+    ProbeOptions, segment,
+};
+
+/// The motion that tells most about what the logs leave open.
+pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Result<()> {
+    let configuration = model_files::configuration(options.config.as_deref(), None)?;
+    let identification = IdentifySettings {
+        seed: options.seed,
+        ..configuration.identification
+    };
+    let logs = LogFiles::new(options.logs.clone(), options.read.clone());
+    let (robot, _, gaits) = options.model.read(logs.paths().len())?;
+    identification.check_on(&robot)?;
+    // The search varies steps of feet; all logs may be of other motions.
+    let steps = gaits.iter().find(|gait| gait.feet().is_some());
+    let steps = steps.cloned().unwrap_or_else(Gait::tripod);
+    let recordings = logs.read(&configuration.mounting)?;
+    let atlases = options.atlas.open(&robot, &gaits, &identification)?;
+    let files = options.files()?;
+    let walks = atlases.walks(&recordings, &gaits);
+    let bar = Bar::new();
+    let answer = identify_together(&walks, &robot, &identification, &bar);
+    bar.clear();
+    let answer = answer.map_err(|(log, error)| logs.blame(log, error))?;
+    let question = OpenQuestion::of(&answer);
+    let motion = match question.is_sure() {
+        true => None,
+        false => {
+            let bar = Bar::of_motions();
+            let found =
+                diagnosis_motion(&question, &robot, &steps, &identification, settings, &bar);
+            bar.clear();
+            Some(found?)
+        }
+    };
+    if let Some(gait) = motion.as_ref().and_then(|motion| motion.gait.as_ref()) {
+        files.write(gait, &robot)?;
+    }
+    let report = DiagnosisReport::new(&question, motion.as_ref());
+    let text = match options.json {
+        true => serde_json::to_string(&report)? + "\n",
+        false => table(&report, options),
+    };
+    Ok(output::result(&text)?)
+}
+
+/// The report for people.
+fn table(report: &DiagnosisReport, options: &ProbeOptions) -> String {
+    let mut table = output::Table::default();
+    table.lines(
+        "open",
+        report.open.iter().map(|one| {
+            let (all, locked) = (100.0 * one.probability, 100.0 * one.locked_probability);
+            format!("{}  {all:.0} %, locked {locked:.0} %", one.morphology)
+        }),
+    );
+    match (report.sure, report.segments.is_empty()) {
+        (true, _) => table.line("motion", "none: nothing to tell apart"),
+        (false, true) => table.line("motion", "none that keeps the bounds tells more"),
+        (false, false) => {
+            let duration_s = report.duration_s;
+            let file = options.output.display();
+            table.line("motion", format!("{file}, {duration_s:.1} s"));
+            if let Some(joints) = &options.joints {
+                table.line("joints", joints.display());
+            }
+        }
+    }
+    table.lines("segments", report.segments.iter().map(segment));
+    if !report.sure {
+        let (tried, bounded) = (report.candidates, report.bounded);
+        table.line(
+            "candidates",
+            format!("{tried} tried, {bounded} keep the bounds"),
+        );
+    }
+    table.line(
+        "entropy",
+        format!(
+            "{:.2} nats, after the motion {:.2} nats expected",
+            report.entropy_before_nats, report.entropy_after_nats
+        ),
+    );
+    table.into_text()
+}
