@@ -237,7 +237,7 @@ pub fn calibration_motion(
 }
 
 /// No leg, each leg, and each pair of legs, as far as so many may be folded.
-pub(crate) fn of_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
+fn of_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
     let pairs = (0..legs).flat_map(|one| (one + 1..legs).map(move |other| vec![one, other]));
     std::iter::once(Vec::new())
         .chain((0..legs).map(|leg| vec![leg]))
@@ -247,7 +247,7 @@ pub(crate) fn of_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
 }
 
 /// The same walk with other steps.
-pub(crate) fn varied(walk: &FoldedWalk, [stride, lift, period]: [f64; 3]) -> FoldedWalk {
+fn varied(walk: &FoldedWalk, [stride, lift, period]: [f64; 3]) -> FoldedWalk {
     let mut walk = walk.clone();
     walk.gait.period_s *= period;
     if let Some(feet) = walk.gait.feet_mut() {

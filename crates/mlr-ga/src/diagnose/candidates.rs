@@ -1,27 +1,13 @@
 //! Segments that a diagnosis motion may be made of.
 
-use mlr_model::{BodyNod, FoldedWalk, Gait, JointAxis, LegPress, MotionSegment, Robot};
-
-use crate::probe::{of_legs, varied};
+use mlr_model::{BodyNod, Gait, JointAxis, LegPress, MotionSegment, Robot};
 
 /// What can be tried with a robot.
 pub(super) struct Candidates<'r> {
     pub(super) robot: &'r Robot,
-    /// Whose stance it stands in, and which it walks with legs folded.
+    /// Whose stance it stands in.
     pub(super) gait: &'r Gait,
 }
-
-/// Step cycles of a walk at full stride or growing.
-const CYCLES: usize = 2;
-/// Other steps of the best walks: stride, lift and period over those of the gait.
-const STEPS: [[f64; 3]; 4] = [
-    [0.5, 1.0, 1.0],
-    [1.3, 1.0, 1.0],
-    [0.5, 1.5, 1.0],
-    [1.0, 1.0, 1.5],
-];
-/// Of so many walks.
-const VARIED: usize = 2;
 
 /// How far the body is lowered for pressing. Lower, knees bend further than servos of the JetHexa go.
 const LOWERED_M: [f64; 2] = [0.0, 0.03];
@@ -75,32 +61,6 @@ impl Candidates<'_> {
         };
         legs.iter().filter_map(of_leg).flatten().collect()
     }
-
-    /// Walks with no leg, each leg, and each pair of legs folded.
-    pub(super) fn walks(&self, most_folded_legs: usize) -> Vec<MotionSegment> {
-        let folded = of_legs(self.robot.legs().len(), most_folded_legs).into_iter();
-        let walks = folded.map(|folded_legs| FoldedWalk {
-            folded_legs,
-            gait: self.gait.clone(),
-            cycles: CYCLES,
-        });
-        walks.map(MotionSegment::Walk).collect()
-    }
-
-    /// The first of these walks with other steps.
-    pub(super) fn other_steps<'m>(
-        &self,
-        best_first: impl Iterator<Item = &'m MotionSegment>,
-    ) -> Vec<MotionSegment> {
-        let walks = best_first.filter_map(|motion| match motion {
-            MotionSegment::Walk(walk) => Some(walk),
-            MotionSegment::Press(_) | MotionSegment::Nod(_) => None,
-        });
-        let stepped = walks
-            .take(VARIED)
-            .flat_map(|walk| STEPS.map(|steps| varied(walk, steps)));
-        stepped.map(MotionSegment::Walk).collect()
-    }
 }
 
 /// How a motion begins.
@@ -110,4 +70,32 @@ pub(super) fn opening(gait: &Gait) -> MotionSegment {
         roll_rad: NOD_DEG.to_radians(),
         nod_s: NOD_S,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_leg_presses_with_its_femur_and_everything_outside_bent_up() {
+        let (robot, gait) = (Robot::jethexa(), Gait::tripod());
+        let candidates = Candidates {
+            robot: &robot,
+            gait: &gait,
+        };
+        let presses = candidates.presses(&[2]);
+        assert_eq!(presses.len(), LOWERED_M.len() * PRESSING_DEG.len());
+        for press in &presses {
+            let MotionSegment::Press(press) = press else {
+                panic!("{press:?}");
+            };
+            assert_eq!((press.leg, press.joint), (2, 1));
+            assert!(press.pose_rad[1] < 0.0 && press.pose_rad[2] > 1.5);
+            // The robot can do it.
+            let alone = MotionSegment::Press(press.clone());
+            assert!(Gait::of_segments("test", 1.0, &robot, &[alone]).is_ok());
+        }
+        assert!(candidates.presses(&[]).is_empty());
+        assert!(candidates.presses(&[6]).is_empty());
+    }
 }

@@ -16,7 +16,7 @@ pub struct DiagnosisReport {
     pub open: Vec<OpenMorphology>,
     /// Whether the log leaves nothing open that is worth a motion: there is none then.
     pub sure: bool,
-    /// Entropy of the morphology by the log.
+    /// Entropy by the logs of the morphology and of what its lost links have become.
     pub entropy_before_nats: f64,
     /// Expected entropy after the motion; that before where there is none.
     pub entropy_after_nats: f64,
