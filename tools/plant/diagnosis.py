@@ -4,8 +4,8 @@
 
 Each robot, drawn as it is assembled, lost one to three links of one leg, or of two legs every third time;
 they are gone or locked. It walks its nominal gait (`mlr-ga identify`); what that leaves open is asked by
-a motion (`mlr-ga probe`) that the robot plays; then all logs are identified together. Once more with
-`--probes 2`. A robot whose logs leave nothing open plays nothing. Tilt is that of the true pose.
+a motion (`mlr-ga probe`) that the robot plays; then all logs are identified together, and with
+`--probes 2` asked again. A robot whose logs leave nothing open plays nothing. Tilt is that of the true pose.
 """
 
 import argparse

@@ -14,6 +14,8 @@ pub(crate) struct AnswerJson {
     pub(crate) morphology: Morphology,
     #[serde(default)]
     pub(crate) probability: f64,
+    #[serde(default)]
+    pub(crate) locked_probability: Option<f64>,
     pub(crate) fit: Option<FitJson>,
     #[serde(default)]
     pub(crate) effects: Vec<EffectJson>,
@@ -34,6 +36,8 @@ pub(crate) struct FitJson {
 pub(crate) struct AlternativeJson {
     pub(crate) morphology: Morphology,
     pub(crate) probability: f64,
+    #[serde(default)]
+    pub(crate) locked_probability: Option<f64>,
     #[serde(default)]
     pub(crate) locked_links: bool,
     #[serde(default)]

@@ -14,15 +14,19 @@ use crate::{
     answer_json::{AnswerJson, AnswerJsonError, Question},
 };
 
-/// The morphologies of an identification, with their probabilities.
+/// The morphologies of an identification, their lost links gone or locked, with their probabilities.
 pub fn diagnosis_of_identification(found: &Identification) -> Diagnosis {
-    let others = found.alternatives.iter();
-    of_morphologies(
-        found.fit.lost_links,
-        found.morphology.clone(),
-        found.probability,
-        others.map(|one| (one.morphology.clone(), one.probability)),
-    )
+    let best = Found {
+        morphology: found.morphology.clone(),
+        probability: found.probability,
+        locked_probability: found.locked_probability,
+    };
+    let others = found.alternatives.iter().map(|one| Found {
+        morphology: one.morphology.clone(),
+        probability: one.probability,
+        locked_probability: one.locked_probability,
+    });
+    of_morphologies(found.fit.lost_links, best, others)
 }
 
 /// The hypotheses of an explanation, with their probabilities: of their effects, those that stay with
@@ -53,12 +57,17 @@ pub fn diagnosis_of_json(robot: &Robot, text: &str) -> Result<Diagnosis, AnswerJ
             let lost_links = answer
                 .fit
                 .map_or_else(Default::default, |fit| fit.lost_links);
-            of_morphologies(
-                lost_links,
-                answer.morphology,
-                answer.probability,
-                others.map(|one| (one.morphology, one.probability)),
-            )
+            let best = Found {
+                morphology: answer.morphology,
+                probability: answer.probability,
+                locked_probability: answer.locked_probability,
+            };
+            let others = others.map(|one| Found {
+                morphology: one.morphology,
+                probability: one.probability,
+                locked_probability: one.locked_probability,
+            });
+            of_morphologies(lost_links, best, others)
         }
         Question::Explanation => {
             let cases = others.map(|one| {
@@ -72,18 +81,50 @@ pub fn diagnosis_of_json(robot: &Robot, text: &str) -> Result<Diagnosis, AnswerJ
     })
 }
 
+/// A morphology of an identification.
+struct Found {
+    morphology: Morphology,
+    probability: f64,
+    /// Where the answer says it.
+    locked_probability: Option<f64>,
+}
+
+impl Found {
+    /// Its lost links gone or locked, with the probability of each: as `usual` where the answer does
+    /// not say.
+    fn cases(self, usual: LostLinks) -> [(WhatIsLeft, f64); 2] {
+        let locked = self.locked_probability.unwrap_or(match usual {
+            LostLinks::Absent => 0.0,
+            LostLinks::Locked => 1.0,
+        });
+        let shares = [
+            (LostLinks::Absent, 1.0 - locked),
+            (LostLinks::Locked, locked),
+        ];
+        shares.map(|(lost_links, share)| {
+            let left = WhatIsLeft {
+                lost_links,
+                ..WhatIsLeft::of(self.morphology.clone())
+            };
+            (left, share * self.probability)
+        })
+    }
+}
+
+/// Without any probability, the best one's more probable case stands for all.
 fn of_morphologies(
     lost_links: LostLinks,
-    best: Morphology,
-    probability: f64,
-    others: impl Iterator<Item = (Morphology, f64)>,
+    best: Found,
+    others: impl Iterator<Item = Found>,
 ) -> Diagnosis {
-    let of = |morphology| WhatIsLeft {
-        lost_links,
-        ..WhatIsLeft::of(morphology)
+    let [gone, locked] = best.cases(lost_links);
+    let ((most_probable, weight), less) = match gone.1 >= locked.1 {
+        true => (gone, locked),
+        false => (locked, gone),
     };
-    let others = others.map(|(morphology, probability)| (of(morphology), probability));
-    Diagnosis::new(of(best), probability, others.collect())
+    let others = others.flat_map(|one| one.cases(lost_links));
+    let others = std::iter::once(less).chain(others).collect();
+    Diagnosis::new(most_probable, weight, others)
 }
 
 fn with_effects<'e>(
@@ -138,6 +179,23 @@ mod tests {
         assert_eq!(left.faults, [Fault::WeakLeg { leg: 2, gain: 0.4 }]);
         assert_eq!(left.payload.map(|load| load.mass_kg), Some(0.3));
         assert!(left.can_walk(1) && !left.can_walk(2));
+    }
+
+    #[test]
+    fn lost_links_of_an_identification_are_gone_or_locked_as_it_says() {
+        let text = r#"{"schema": "mlr.identification/1", "fit": {"lost_links": "locked"},
+            "morphology": [[1,1,1],[1,1,1],[0,0,0],[1,1,1],[1,1,1],[1,1,1]], "probability": 0.6,
+            "locked_probability": 0.25, "alternatives": [
+              {"morphology": [[1,1,1],[1,1,1],[1,0,0],[1,1,1],[1,1,1],[1,1,1]], "probability": 0.4}]}"#;
+        let diagnosis = diagnosis_of_json(&Robot::jethexa(), text).unwrap();
+        // The second is as the fit says, whatever else it could be.
+        assert_eq!(diagnosis.cases(), 3);
+        assert_eq!(diagnosis.most_probable().lost_links, LostLinks::Absent);
+        let locked = [0.0, 0.46, 0.9].map(|share| diagnosis.at(share).lost_links);
+        assert_eq!(
+            locked,
+            [LostLinks::Absent, LostLinks::Locked, LostLinks::Locked]
+        );
     }
 
     #[test]
