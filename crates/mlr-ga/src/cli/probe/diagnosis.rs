@@ -21,9 +21,9 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
     let logs = LogFiles::new(options.logs.clone(), options.read.clone());
     let (robot, _, gaits) = options.model.read(logs.paths().len())?;
     identification.check_on(&robot)?;
-    // The search varies steps of feet; all logs may be of other motions.
-    let steps = gaits.iter().find(|gait| gait.feet().is_some());
-    let steps = steps.cloned().unwrap_or_else(Gait::tripod);
+    // The robot stands as a motion of feet has it; all logs may be of other motions.
+    let stance = gaits.iter().find(|gait| gait.feet().is_some());
+    let stance = stance.cloned().unwrap_or_else(Gait::tripod);
     let recordings = logs.read(&configuration.mounting)?;
     let atlases = options.atlas.open(&robot, &gaits, &identification)?;
     let files = options.files()?;
@@ -38,7 +38,7 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
         false => {
             let bar = Bar::of_motions();
             let found =
-                diagnosis_motion(&question, &robot, &steps, &identification, settings, &bar);
+                diagnosis_motion(&question, &robot, &stance, &identification, settings, &bar);
             bar.clear();
             Some(found?)
         }
