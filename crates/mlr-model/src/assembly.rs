@@ -14,8 +14,8 @@ use crate::{
 /// The rigid parts of a damaged robot: its body, and chains of links that hang on it.
 ///
 /// Lost links are no parts of it. Locked ones keep their mass on the part that they hang on, at
-/// the angles at which they are locked. They can touch the ground where that part is a link, which
-/// moves; locked to the body they stay clear of it.
+/// the angles at which they are locked. Their outer end can touch the ground where a joint
+/// moves that part up and down; else they stay clear of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
     /// Of the body, in the body frame.
@@ -51,7 +51,7 @@ pub struct LinkPart {
     /// How the joint takes its commands.
     pub obedience: Obedience,
     /// What can touch the ground of the locked links that hang on it.
-    pub locked: Vec<LockedContact>,
+    pub locked: Option<LockedContact>,
 }
 
 /// A link that can touch the ground although its servo holds it at one angle.
@@ -134,7 +134,7 @@ impl Assembly {
                     mass: RigidMass::of_link(link),
                     contact: link.contact,
                     obedience: state.obedience(number),
-                    locked: Vec::new(),
+                    locked: None,
                 });
                 frame = link.outer_end();
             }
@@ -142,7 +142,9 @@ impl Assembly {
                 match links.last_mut() {
                     Some(part) => {
                         part.mass.attach_locked(lost, frame);
-                        part.locked = locked_contacts(lost, frame);
+                        if part.axis == JointAxis::Lift {
+                            part.locked = locked_contact(lost, frame);
+                        }
                     }
                     None => body.attach_locked(lost, frame),
                 }
@@ -170,18 +172,15 @@ impl Assembly {
     }
 }
 
-/// Those of `links` that can touch the ground, the first one's joint at `frame`.
-fn locked_contacts(links: &[Link], frame: Isometry3<f64>) -> Vec<LockedContact> {
-    let placed = links.iter().zip(locked_frames(links, frame));
-    placed
-        .filter_map(|(link, frame)| {
-            Some(LockedContact {
-                frame,
-                length_m: link.length_m,
-                shape: link.contact?,
-            })
-        })
-        .collect()
+/// The outer end of locked `links`, the first one's joint at `frame`, if it can touch the ground. Those
+/// further in lie in their brackets.
+fn locked_contact(links: &[Link], frame: Isometry3<f64>) -> Option<LockedContact> {
+    let last = links.last()?;
+    Some(LockedContact {
+        frame: locked_frames(links, frame).last().copied()?,
+        length_m: last.length_m,
+        shape: last.contact?,
+    })
 }
 
 fn assert_fits(morphology: &Morphology, robot: &Robot) {
