@@ -5,7 +5,7 @@ mod log_comparison;
 use std::collections::BTreeMap;
 
 use mlr_model::{LostLinks, Morphology};
-use mlr_residual::ln_mean;
+use mlr_residual::{Posterior, ln_mean};
 use serde::{Deserialize, Serialize};
 
 use self::log_comparison::LogComparison;
@@ -159,23 +159,10 @@ impl<'a> WalkObjective<'a> {
             return None;
         }
         let cases = self.lost_links(candidate).iter();
-        let each: Vec<_> = cases
-            .map(|&case| (case, self.ln_likelihood(case, fits, tried)))
-            .collect();
-        let most = each
-            .iter()
-            .map(|(_, ln)| *ln)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let weights = each.iter().map(|(case, ln)| (case, (ln - most).exp()));
-        let (locked, all) = weights.fold((0.0, 0.0), |(locked, all), (case, weight)| {
-            let of_locked = if *case == LostLinks::Locked {
-                weight
-            } else {
-                0.0
-            };
-            (locked + of_locked, all + weight)
-        });
-        most.is_finite().then_some(locked / all)
+        let cases =
+            Posterior::new(cases.map(|&case| (case, self.ln_likelihood(case, fits, tried))));
+        cases.ranked().first()?;
+        Some(cases.sum(|case| *case == LostLinks::Locked))
     }
 
     /// Logarithm of the likelihood of a candidate whose lost links are so, in all logs together.

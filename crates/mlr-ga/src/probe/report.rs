@@ -1,8 +1,6 @@
 //! What a calibration motion says of itself, as JSON.
 
-use std::collections::BTreeMap;
-
-use std::fmt;
+use std::{collections::BTreeMap, fmt};
 
 use mlr_model::{MotionSegment, RobotParameter};
 use mlr_residual::walk::{Information, NuisanceSettings};
