@@ -59,7 +59,7 @@ def main():
     parser.add_argument("--program", default="mlr-ga")
     parser.add_argument("--motion", metavar="GAIT", help="calibrate by robot-III-motion too, which is this gait")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("-o", "--output", type=Path, help="keep each robot-III.toml, and its report, in this directory")
+    parser.add_argument("-o", "--output", type=Path, help="keep each robot, and the report of its calibration, as robot-III-day in this directory: --own-robots of evaluate")
     args = parser.parse_args()
     truths = json.loads((args.directory / "truth.json").read_text())
     names = [name.removesuffix("-day") for name in truths]
@@ -72,7 +72,7 @@ def main():
 
         def run(name):
             logs = [str(args.directory / f"{name}-{kind}.csv.gz") for kind in kinds]
-            return calibrated(args.program, logs, gaits, robots / f"{name}.toml")
+            return calibrated(args.program, logs, gaits, robots / f"{name}-day.toml")
 
         found = list(pool.map(run, names))
     errors, walks = {}, np.array([

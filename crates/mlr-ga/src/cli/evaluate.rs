@@ -81,6 +81,11 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         .map(|(directory, truths)| {
             let score = |truth: &Truth| {
                 let recording = read_log(&truth.log, &Columns::default())?.mounted(&mounting)?;
+                let own = options.of.own_robots.of(&truth.name)?;
+                let model = match &own {
+                    Some(robot) => Model::new(robot, &gait),
+                    None => model,
+                };
                 score(truth, &recording, model, &settings)
             };
             let scored = Scored::all(&truths, |truth| &truth.name, &bar, score);

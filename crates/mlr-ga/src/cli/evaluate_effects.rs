@@ -14,6 +14,7 @@ use mlr_ga::{
     },
 };
 use mlr_imu::{Columns, read_log};
+use mlr_model::Robot;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -77,6 +78,8 @@ struct Kept {
 struct Job {
     directory: PathBuf,
     truth: EffectsTruth,
+    /// The robot of this log alone, where it is not that of all.
+    robot: Option<Robot>,
 }
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
@@ -99,7 +102,7 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
     let bar = Bar::of_logs(open.len());
     let outcomes = side_by_side(&open, |(index, identity)| {
         let job = &jobs[*index];
-        let kept = outcome(&job.truth, model, how, options.start_told)?;
+        let kept = job.outcome(model, how, options.start_told)?;
         if let (Some(resume), Some(identity)) = (&resume, identity) {
             resume.append(identity, &kept)?;
         }
@@ -121,13 +124,16 @@ fn jobs(options: &EvaluateEffectsOptions, model: Model<'_>) -> anyhow::Result<Ve
     let mut jobs = Vec::new();
     for directory in &options.of.directories {
         let truths = read_effects_truths(directory, &model.robot.layout())?;
-        jobs.extend(truths.into_iter().map(|truth| Job {
-            directory: directory.clone(),
-            truth,
-        }));
-    }
-    if let Some(text) = &options.only {
-        jobs.retain(|job| job.truth.log.name.contains(text));
+        let only = options.only.as_deref().unwrap_or("");
+        for truth in truths {
+            if truth.log.name.contains(only) {
+                jobs.push(Job {
+                    directory: directory.clone(),
+                    robot: options.of.own_robots.of(&truth.log.name)?,
+                    truth,
+                });
+            }
+        }
     }
     Ok(jobs)
 }
@@ -166,21 +172,71 @@ impl Job {
             origin,
         } = &self.truth;
         let of_log = checksum_of_file(&log.log).ok()?;
-        let known = format!(
-            "{:?}",
-            (
-                &log.morphology,
-                locked,
-                effects,
-                motion_start_s,
-                trace,
-                origin
-            )
+        let truth = (
+            &log.morphology,
+            locked,
+            effects,
+            motion_start_s,
+            trace,
+            origin,
         );
+        let known = match &self.robot {
+            Some(robot) => format!("{truth:?} {robot:?}"),
+            None => format!("{truth:?}"),
+        };
         Some(LogIdentity {
             directory: self.directory.clone(),
             log: log.name.clone(),
             checksum: checksum(&format!("{of_log} {known}")),
+        })
+    }
+
+    /// Explains the log and scores the answer.
+    fn outcome(
+        &self,
+        model: Model<'_>,
+        how: ExplainSettings<'_>,
+        start_told: bool,
+    ) -> anyhow::Result<Kept> {
+        let Self { truth, robot, .. } = self;
+        let model = match robot {
+            Some(robot) => Model::new(robot, model.gait),
+            None => model,
+        };
+        let identify = IdentifySettings {
+            walk_start: match truth.motion_start_s {
+                Some(start_s) if start_told => WalkStart::CommandedAtS(start_s),
+                _ => WalkStart::FoundInRecording,
+            },
+            ..how.identify.clone()
+        };
+        let how = ExplainSettings {
+            identify: &identify,
+            ..how
+        };
+        let started = Instant::now();
+        let answer = || {
+            let recording = read_log(&truth.log.log, &Columns::default())?;
+            Ok::<_, anyhow::Error>(explain(&recording, model, how, &())?.explanation)
+        };
+        Ok(match answer() {
+            Ok(explanation) => {
+                let elapsed_s = started.elapsed().as_secs_f64();
+                let score = EffectsScore::new(truth, &explanation, start_told, elapsed_s);
+                Kept {
+                    outcome: Outcome::Scored(Box::new(score)),
+                    explanation: serde_json::to_value(&explanation)?,
+                }
+            }
+            // One log without an answer does not keep the others from theirs.
+            Err(error) => Kept {
+                outcome: Outcome::Unanswered(UnansweredLog::new(
+                    truth,
+                    start_told,
+                    format!("{error:#}"),
+                )),
+                explanation: Value::Null,
+            },
         })
     }
 }
@@ -204,49 +260,6 @@ fn split(jobs: &[Job], resume: Option<&ResumeFile<Kept>>) -> anyhow::Result<(Don
         }
     }
     Ok((done, open))
-}
-
-fn outcome(
-    truth: &EffectsTruth,
-    model: Model<'_>,
-    how: ExplainSettings<'_>,
-    start_told: bool,
-) -> anyhow::Result<Kept> {
-    let identify = IdentifySettings {
-        walk_start: match truth.motion_start_s {
-            Some(start_s) if start_told => WalkStart::CommandedAtS(start_s),
-            _ => WalkStart::FoundInRecording,
-        },
-        ..how.identify.clone()
-    };
-    let how = ExplainSettings {
-        identify: &identify,
-        ..how
-    };
-    let started = Instant::now();
-    let answer = || {
-        let recording = read_log(&truth.log.log, &Columns::default())?;
-        Ok::<_, anyhow::Error>(explain(&recording, model, how, &())?.explanation)
-    };
-    Ok(match answer() {
-        Ok(explanation) => {
-            let elapsed_s = started.elapsed().as_secs_f64();
-            let score = EffectsScore::new(truth, &explanation, start_told, elapsed_s);
-            Kept {
-                outcome: Outcome::Scored(Box::new(score)),
-                explanation: serde_json::to_value(&explanation)?,
-            }
-        }
-        // One log without an answer does not keep the others from theirs.
-        Err(error) => Kept {
-            outcome: Outcome::Unanswered(UnansweredLog::new(
-                truth,
-                start_told,
-                format!("{error:#}"),
-            )),
-            explanation: Value::Null,
-        },
-    })
 }
 
 impl Outcome {

@@ -65,6 +65,23 @@ impl ModelOfLogs {
     }
 }
 
+/// Each log's own robot, where logs are of several robots.
+#[derive(Debug, Args)]
+pub(super) struct OwnRobots {
+    /// Take the robot of each log from DIR/LOG.toml, as calibrate wrote it.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["robot", "atlas"])]
+    own_robots: Option<PathBuf>,
+}
+
+impl OwnRobots {
+    /// The own robot of a log, if there is a directory of them.
+    pub(super) fn of(&self, log: &str) -> anyhow::Result<Option<Robot>> {
+        let path = self.own_robots.as_ref();
+        let path = path.map(|directory| directory.join(format!("{log}.toml")));
+        load(path.as_deref(), Robot::from_toml)
+    }
+}
+
 impl RobotFile {
     /// The robot, and the text that describes it.
     fn read(&self) -> anyhow::Result<(Robot, String)> {

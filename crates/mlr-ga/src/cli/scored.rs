@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{
-    model_files::{AtlasFile, ModelFiles},
+    model_files::{AtlasFile, ModelFiles, OwnRobots},
     output,
     progress::Bar,
     search_options::SearchOptions,
@@ -27,6 +27,8 @@ pub(super) struct EvaluationOptions {
     json: bool,
     #[command(flatten)]
     pub(super) model: ModelFiles,
+    #[command(flatten)]
+    pub(super) own_robots: OwnRobots,
 }
 
 impl EvaluationOptions {
