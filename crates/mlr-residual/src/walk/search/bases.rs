@@ -5,10 +5,9 @@ use std::sync::Arc;
 use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
-use super::{Judged, Search, Suspect, base::Base, proposals::Screened, screening, sort_judged};
-
-/// Hypotheses whose logarithm of the weight falls so far behind that no fit brings them back.
-pub(super) const HOPELESS: f64 = 30.0;
+use super::{
+    HOPELESS, Judged, Search, Suspect, base::Base, proposals::Screened, screening, sort_judged,
+};
 
 impl<'a> Search<'a, '_> {
     pub(super) fn bases(&self, suspects: &[Suspect]) -> Vec<Arc<Base<'a>>> {

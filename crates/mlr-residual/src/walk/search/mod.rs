@@ -107,6 +107,9 @@ impl Effort {
 /// Hypotheses without effects that are kept: one with the lost links gone, one with them locked.
 const BARE: usize = 2;
 
+/// Hypotheses whose logarithm of the weight falls so far behind that no fit brings them back.
+const HOPELESS: f64 = 30.0;
+
 /// The search: over the beginning of the walk first, where walks differ smoothly from each other, then
 /// over the whole stretch.
 pub(crate) struct Search<'a, 'p> {
@@ -182,6 +185,12 @@ impl<'a> Search<'a, '_> {
             ln_weight,
         }
     }
+}
+
+/// The logarithm of the weight below which a hypothesis beside these is hopeless.
+fn least_ln_weight(judged: &[Judged<'_>]) -> f64 {
+    let weights = judged.iter().map(|one| one.ln_weight);
+    weights.fold(f64::NEG_INFINITY, f64::max) - HOPELESS
 }
 
 fn sort_judged(judged: &mut [Judged<'_>]) {

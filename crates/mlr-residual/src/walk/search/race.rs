@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::{
     Judged, Search,
     base::Base,
+    least_ln_weight,
     proposals::{Proposal, Screened},
     screening::Start,
     sort_judged,
@@ -129,7 +130,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Every entrant as far as it came, the likeliest first. Those without effects stay to the end:
-    /// effects get no credit for a longer search.
+    /// effects get no credit for a longer search. What cannot win any more stays where it is.
     pub(super) fn race(&self, mut running: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
         let mut left_behind: Vec<Judged<'a>> = Vec::new();
         let mut most = running.len();
@@ -154,10 +155,12 @@ impl<'a> Search<'a, '_> {
         further: impl Fn(&Judged<'a>) -> Option<Judged<'a>> + Sync,
     ) -> Vec<Judged<'a>> {
         self.progress.expect_more(running.len());
+        let least = least_ln_weight(&running);
         running
             .into_par_iter()
             .map(|one| {
-                let better = further(&one);
+                let may_win = one.ln_weight > least;
+                let better = may_win.then(|| further(&one)).flatten();
                 self.progress.advance();
                 better.unwrap_or(one)
             })

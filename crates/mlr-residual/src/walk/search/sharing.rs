@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Judged, Search, bases::HOPELESS, race::LAST_STEPS};
+use super::{Judged, Search, least_ln_weight, race::LAST_STEPS};
 
 impl<'a> Search<'a, '_> {
     /// Each of these begun again from the parameters that the likeliest on the same robot has, where that
@@ -12,12 +12,11 @@ impl<'a> Search<'a, '_> {
     /// found by chance is no reason to believe its hypothesis.
     pub(super) fn with_shared_parameters(&self, running: &[Judged<'a>]) -> Vec<Judged<'a>> {
         self.progress.expect_more(running.len());
-        let weights = running.iter().map(|one| one.ln_weight);
-        let best = weights.fold(f64::NEG_INFINITY, f64::max);
+        let least = least_ln_weight(running);
         running
             .par_iter()
             .map(|one| {
-                let may_win = one.ln_weight > best - HOPELESS;
+                let may_win = one.ln_weight > least;
                 let again = may_win.then(|| self.begun_like(one, running)).flatten();
                 self.progress.advance();
                 again.unwrap_or_else(|| one.clone())
