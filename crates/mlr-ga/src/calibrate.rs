@@ -132,14 +132,14 @@ pub fn calibrate(
             from_s: identify_settings.from_s.or(Some(measured.start().start_s)),
             ..identify_settings.clone()
         };
+        let model = Model::new(&known, walk.gait);
         let record = |longest_s: f64| {
-            let record = walk_record_up_to(longest_s, walk.recording, walk.gait, &of_the_stretch);
+            let record = walk_record_up_to(longest_s, walk.recording, model, &of_the_stretch);
             record.map_err(|error| at(error.into()))
         };
         let simulation = identify_settings.simulation.clone();
         let nominal = WalkModel::nominal(known.clone(), walk.gait.clone(), simulation);
         if check {
-            let model = Model::new(&known, walk.gait);
             let found = identify(walk.recording, model, &of_the_stretch, progress);
             let found = found.map_err(|error| at(error.into()))?;
             if !found.damaged_legs.is_empty() {

@@ -1,5 +1,6 @@
 //! From a recording to the effects that the model of its robot lacks.
 
+mod healthy_stretch;
 mod reckoning;
 mod report;
 
@@ -55,6 +56,9 @@ pub struct Explained {
     pub identification: Identification,
     /// What the model lacks.
     pub explanation: WalkExplanation,
+    /// Log times of the walk before damage in mid-walk that the robot is known by; `None` where there
+    /// is none, or it does not tell.
+    pub calibrated_on_s: Option<[f64; 2]>,
 }
 
 /// What is explained, and how.
@@ -97,16 +101,38 @@ pub fn explain(
     if identify_settings.method != Method::Mlr {
         return Err(ExplainError::MethodWithoutProbabilities);
     }
-    let Model { robot, gait, .. } = model;
+    let gait = model.gait;
     let mut measured = MeasuredWalk::new(recording, gait, identify_settings)?;
     let from_the_start = IdentifySettings {
         from_s: Some(measured.start().start_s),
         ..identify_settings.clone()
     };
     // A stretch that the settings name is used as it is.
-    let was_damaged_before = identify_settings.from_s.is_none()
-        && was_damaged_before(recording, &measured, model, &from_the_start);
-    let identify_settings = if was_damaged_before {
+    let before = identify_settings.from_s.is_none();
+    let before = before.then(|| before_the_change(recording, &measured, model, &from_the_start));
+    let before = before.flatten();
+    let was_damaged =
+        |found: &Identification| !found.damaged_legs.is_empty() && found.legs_probability > SURE;
+    let was_healthy = |found: &Identification| found.damaged_legs.is_empty();
+    let healthy_until_s = measured.unchanged_until_s().filter(|_| {
+        identify_settings.calibrate_before_damage && before.as_ref().is_some_and(was_healthy)
+    });
+    let mut warnings = Vec::new();
+    let healthy = healthy_until_s.and_then(|until_s| {
+        healthy_stretch::calibrated(recording, &measured, until_s, model, settings, progress)
+            .inspect_err(|reason| {
+                warnings.push(format!(
+                    "the walk before the damage is not taken for the robot's own: {reason}"
+                ));
+            })
+            .ok()
+    });
+    // An atlas is of the robot as described.
+    let model = match &healthy {
+        Some(healthy) => Model::new(&healthy.robot, gait),
+        None => model,
+    };
+    let identify_settings = if before.as_ref().is_some_and(was_damaged) {
         measured = MeasuredWalk::new(recording, gait, &from_the_start)?;
         &from_the_start
     } else {
@@ -116,20 +142,20 @@ pub fn explain(
         WalkRecord::LONGEST_WALK_S,
         &measured,
         recording.raw_beside_angles(),
-        gait,
+        model,
         identify_settings,
     )?;
     // The record comes first: a recording without one needs no search.
     let identification = identify(recording, model, identify_settings, progress)?;
     let nominal = WalkModel::nominal(
-        robot.clone(),
+        model.robot.clone(),
         gait.clone(),
         identify_settings.simulation.clone(),
     );
     let suspects = suspects(&identification, identify_settings);
     let ln_prior =
         |morphology: &Morphology| ln_prior(&identification, identify_settings, morphology);
-    let explanation = explain_walk(
+    let mut explanation = explain_walk(
         &record,
         &nominal,
         &suspects,
@@ -137,9 +163,11 @@ pub fn explain(
         explanation,
         progress,
     )?;
+    explanation.warnings.extend(warnings);
     Ok(Explained {
         identification,
         explanation,
+        calibrated_on_s: healthy.map(|healthy| healthy.stretch_s),
     })
 }
 
@@ -149,22 +177,22 @@ pub fn explain(
 /// [`ExplainError`] where there is no walk or its start is not known.
 pub fn walk_record(
     recording: &Recording,
-    gait: &mlr_model::Gait,
+    model: Model<'_>,
     settings: &IdentifySettings,
 ) -> Result<WalkRecord, ExplainError> {
-    walk_record_up_to(WalkRecord::LONGEST_WALK_S, recording, gait, settings)
+    walk_record_up_to(WalkRecord::LONGEST_WALK_S, recording, model, settings)
 }
 
 /// The same where so much of the walk is looked at.
 pub(crate) fn walk_record_up_to(
     longest_s: f64,
     recording: &Recording,
-    gait: &mlr_model::Gait,
+    model: Model<'_>,
     settings: &IdentifySettings,
 ) -> Result<WalkRecord, ExplainError> {
-    let measured = MeasuredWalk::new(recording, gait, settings)?;
+    let measured = MeasuredWalk::new(recording, model.gait, settings)?;
     let raw = recording.raw_beside_angles();
-    record(longest_s, &measured, raw, gait, settings)
+    record(longest_s, &measured, raw, model, settings)
 }
 
 /// The walk to be explained: dead-reckoned from the raw rates where these are known, the log
@@ -173,10 +201,10 @@ fn record(
     longest_s: f64,
     measured: &MeasuredWalk,
     raw: Option<&RawSeries>,
-    gait: &mlr_model::Gait,
+    model: Model<'_>,
     settings: &IdentifySettings,
 ) -> Result<WalkRecord, ExplainError> {
-    let start_s = virtual_start_s(measured, gait)?;
+    let start_s = virtual_start_s(measured, model)?;
     let walk_start_s = measured.start().start_s;
     let rest_s = walk_start_s - REST_S..walk_start_s - MARGIN_S;
     let rest_rate_dps = raw
@@ -202,34 +230,35 @@ fn record(
     })
 }
 
-/// Whether a robot whose swing changes in mid-walk was damaged before that. `from_the_start`
-/// are the settings that compare from the start of the walk.
-fn was_damaged_before(
+/// The robot before its swing changed in mid-walk. `from_the_start` are the settings that compare from the
+/// start of the walk.
+fn before_the_change(
     recording: &Recording,
     measured: &MeasuredWalk,
     model: Model<'_>,
     from_the_start: &IdentifySettings,
-) -> bool {
+) -> Option<Identification> {
     let GaitPhase::Elapsed { since_start_s } = measured.phase() else {
-        return false;
+        return None;
     };
     let before = IdentifySettings {
         window_s: since_start_s.min(from_the_start.window_s),
         ..from_the_start.clone()
     };
-    identify(recording, model, &before, &())
-        .is_ok_and(|found| !found.damaged_legs.is_empty() && found.legs_probability > SURE)
+    identify(recording, model, &before, &()).ok()
 }
 
 /// Log time at which the simulated walk starts: with the measured walk, or, where damage
 /// struck in mid-walk, so early that the simulation has reached its steady gait at the start
 /// of the compared stretch.
-fn virtual_start_s(measured: &MeasuredWalk, gait: &mlr_model::Gait) -> Result<f64, ExplainError> {
+fn virtual_start_s(measured: &MeasuredWalk, model: Model<'_>) -> Result<f64, ExplainError> {
     match measured.phase() {
         GaitPhase::Start => Ok(measured.start().start_s),
         GaitPhase::Elapsed { since_start_s } => {
-            let [steady_s, phase_s] = GaitPhase::steady_s(gait, since_start_s);
-            Ok(measured.window().start_s - steady_s - phase_s)
+            // Gait time passes by the robot's own clock.
+            let clock = model.robot.clock();
+            let [steady_s, phase_s] = GaitPhase::steady_s(model.gait, since_start_s / clock);
+            Ok(measured.window().start_s - (steady_s + phase_s) * clock)
         }
         GaitPhase::Unknown => Err(ExplainError::NoStart),
     }

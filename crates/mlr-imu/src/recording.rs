@@ -44,6 +44,22 @@ impl Recording {
         (self, faults)
     }
 
+    /// What was recorded before a log time.
+    #[must_use]
+    pub fn before(&self, end_s: f64) -> Self {
+        let times_s = self.orientation.times_s().iter().enumerate();
+        let is_before = times_s.filter(|(_, time_s)| **time_s < end_s);
+        let kept: Vec<usize> = is_before.map(|(index, _)| index).collect();
+        Self {
+            orientation: self.orientation.picked(&kept),
+            raw: self.raw.as_ref().map(|raw| raw.picked(&kept)),
+            source: self.source,
+            columns: self.columns.clone(),
+            in_body_axes: self.in_body_axes,
+            notes: Vec::new(),
+        }
+    }
+
     /// The raw samples that somebody else made roll, pitch and yaw from; `None` where they
     /// were fused here or are not known.
     pub fn raw_beside_angles(&self) -> Option<&RawSeries> {

@@ -55,11 +55,10 @@ fn report(
         explanation: settings,
     };
     let explained = explain(&stretch.recording, known.model(robot), settings, &())?;
-    Ok(ExplanationReport::new(
+    Ok(ExplanationReport::of(
         known.source.clone(),
         known.identification.seed,
-        explained.explanation,
-        explained.identification.log_quality,
+        explained,
         begin.elapsed(),
     ))
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use mlr_ga::{
-    EvidenceSettings, IdentifySettings, MeasuredWalk,
+    EvidenceSettings, IdentifySettings, MeasuredWalk, Model,
     scoring::{EffectsTruth, read_effects_truths},
     walk_record,
 };
@@ -102,7 +102,7 @@ fn calibrated(
         from_s: Some(start_s),
         ..identify
     };
-    let record = walk_record(&recording, gait, &from_the_start)?;
+    let record = walk_record(&recording, Model::new(robot, gait), &from_the_start)?;
     let lost_links = match truth.locked {
         true => LostLinks::Locked,
         false => LostLinks::Absent,

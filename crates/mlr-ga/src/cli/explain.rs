@@ -3,9 +3,7 @@
 use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
-use mlr_ga::{
-    Configuration, ExplainSettings, Explained, ExplanationReport, Model, WalkStart, explain,
-};
+use mlr_ga::{Configuration, ExplainSettings, ExplanationReport, Model, WalkStart, explain};
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
 use super::{
@@ -78,21 +76,18 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let bar = Bar::of_steps();
     let answer = explain(&recording, model, how, &bar);
     bar.clear();
-    let Explained {
-        identification,
-        explanation,
-    } = answer.map_err(|error| {
+    let explained = answer.map_err(|error| {
         let of_the_log = error.is_recordings_fault();
         options.log.blame_if(of_the_log, error.into())
     })?;
-    for warning in identification.warnings.iter().chain(&explanation.warnings) {
+    let warnings = explained.identification.warnings.iter();
+    for warning in warnings.chain(&explained.explanation.warnings) {
         output::warning(warning);
     }
-    let report = ExplanationReport::new(
+    let report = ExplanationReport::of(
         options.log.path().display().to_string(),
         settings.seed,
-        explanation,
-        identification.log_quality,
+        explained,
         started.elapsed(),
     );
     let json = serde_json::to_string(&report)? + "\n";
@@ -118,6 +113,10 @@ fn table(report: &ExplanationReport) -> String {
         );
     }
     table.line("legs damaged", legs(&found.damaged_legs));
+    if let Some([from_s, to_s]) = report.calibrated_on_s {
+        let walk = format!("by its walk before the damage, {from_s:.1} s to {to_s:.1} s");
+        table.line("robot known", walk);
+    }
     let length = |[from_s, to_s]: [f64; 2]| to_s - from_s;
     let stretches = &found.stretches_s;
     table.line(

@@ -4,6 +4,8 @@ use mlr_imu::quality::LogQuality;
 use mlr_residual::walk::WalkExplanation;
 use serde::Serialize;
 
+use super::Explained;
+
 /// Version of the JSON form.
 const SCHEMA: &str = "mlr.explanation/1";
 
@@ -20,6 +22,8 @@ pub struct ExplanationReport {
     /// What the model lacks.
     #[serde(flatten)]
     pub explanation: WalkExplanation,
+    /// Log times of the walk before damage in mid-walk that the robot is known by.
+    pub calibrated_on_s: Option<[f64; 2]>,
     /// What the recording says about itself.
     pub log_quality: LogQuality,
     /// Time that it took.
@@ -27,7 +31,16 @@ pub struct ExplanationReport {
 }
 
 impl ExplanationReport {
-    /// The report of an explanation.
+    /// The report of what [`explain`](super::explain) found.
+    pub fn of(log: String, seed: u64, explained: Explained, elapsed: Duration) -> Self {
+        let quality = explained.identification.log_quality;
+        Self {
+            calibrated_on_s: explained.calibrated_on_s,
+            ..Self::new(log, seed, explained.explanation, quality, elapsed)
+        }
+    }
+
+    /// The report of an explanation of a robot known as described.
     pub fn new(
         log: String,
         seed: u64,
@@ -40,6 +53,7 @@ impl ExplanationReport {
             log,
             seed,
             explanation,
+            calibrated_on_s: None,
             log_quality,
             elapsed_s: elapsed.as_secs_f64(),
         }

@@ -35,7 +35,26 @@ pub struct MeasuredWalk {
     stretch: Stretch,
     conditioned: Conditioned,
     quality: LogQuality,
+    unchanged_until_s: Option<f64>,
     warnings: Vec<String>,
+}
+
+/// Where the compared stretch begins, other than at the start of the walk.
+struct Beginning {
+    /// Log time.
+    time_s: f64,
+    /// Log time until which a robot that was damaged in mid-walk walked as it began.
+    unchanged_until_s: Option<f64>,
+}
+
+impl Beginning {
+    /// As the settings say, if they do.
+    fn told(settings: &IdentifySettings) -> Option<Self> {
+        settings.from_s.map(|time_s| Self {
+            time_s,
+            unchanged_until_s: None,
+        })
+    }
 }
 
 /// The samples that are compared.
@@ -121,8 +140,8 @@ impl MeasuredWalk {
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, AnswerError> {
-        let begin_s = |recording: &OrientationSeries, start: MotionStart| {
-            let told = settings.from_s;
+        let begin = |recording: &OrientationSeries, start: MotionStart| {
+            let told = Beginning::told(settings);
             // A motion that ends is meant to sway now more, now less.
             let struck = || match gait.cycle_s() {
                 Some(_) => struck_in_mid_walk(recording, start, settings),
@@ -130,7 +149,7 @@ impl MeasuredWalk {
             };
             told.or_else(struck)
         };
-        Self::beginning(recording, gait, settings, begin_s)
+        Self::beginning(recording, gait, settings, begin)
     }
 
     /// The same where the robot is taken to walk all the time as it began, however it sways: compared
@@ -143,7 +162,8 @@ impl MeasuredWalk {
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, AnswerError> {
-        Self::beginning(recording, gait, settings, |_, _| settings.from_s)
+        let begin = |_: &OrientationSeries, _| Beginning::told(settings);
+        Self::beginning(recording, gait, settings, begin)
     }
 
     /// Where the compared stretch begins is found in the recording and its start; at the start if
@@ -152,7 +172,7 @@ impl MeasuredWalk {
         recording: &Recording,
         gait: &Gait,
         settings: &IdentifySettings,
-        begin_s: impl Fn(&OrientationSeries, MotionStart) -> Option<f64>,
+        begin: impl Fn(&OrientationSeries, MotionStart) -> Option<Beginning>,
     ) -> Result<Self, AnswerError> {
         settings.check()?;
         let mut warnings = recording.notes.clone();
@@ -169,7 +189,8 @@ impl MeasuredWalk {
             None => MotionStart::find(&recording, &settings.motion)
                 .map_err(|still| blamed_on(quality.spoilt_within(ALL_TIME), still))?,
         };
-        let start_of_window_s = begin_s(&recording, start).unwrap_or(start.start_s);
+        let begin = begin(&recording, start);
+        let start_of_window_s = begin.as_ref().map_or(start.start_s, |begin| begin.time_s);
         let since_start_s = start_of_window_s - start.start_s;
         let phase = if !start.stood_before {
             warnings.push(
@@ -212,6 +233,7 @@ impl MeasuredWalk {
             stretch,
             conditioned,
             quality,
+            unchanged_until_s: begin.and_then(|begin| begin.unchanged_until_s),
             warnings,
         })
     }
@@ -239,6 +261,12 @@ impl MeasuredWalk {
     /// The compared stretch.
     pub fn window(&self) -> Window {
         self.window
+    }
+
+    /// Log time until which a robot that was damaged in mid-walk walked as it began; `None` where
+    /// nothing changed in mid-walk.
+    pub fn unchanged_until_s(&self) -> Option<f64> {
+        self.unchanged_until_s
     }
 
     /// Phase of the gait at its start.
@@ -302,13 +330,13 @@ fn what_is_left_s(recording: &OrientationSeries, from_s: f64, window_s: f64) -> 
     (end_s - from_s).clamp(window_s / 2.0, window_s)
 }
 
-/// Log time from which to compare when a healthy robot was damaged while it walked: when
-/// the damage was flagged or the swing changed, at the latest one window before the end.
+/// Where to begin when a healthy robot was damaged while it walked: when the damage was flagged or the
+/// swing changed, at the latest one window before the end.
 fn struck_in_mid_walk(
     recording: &OrientationSeries,
     start: MotionStart,
     settings: &IdentifySettings,
-) -> Option<f64> {
+) -> Option<Beginning> {
     // The window's own checks report a recording that is too slow for the detector.
     let flagged_s = match detect_in(recording, settings.detector).ok()?.damage_s {
         Some(flagged_s) => flagged_s,
@@ -327,7 +355,11 @@ fn struck_in_mid_walk(
         return None;
     }
     let latest_s = recording.times_s().last()? - settings.window_s;
-    Some(flagged_s.min(latest_s).max(struck_s + UPSET_S))
+    Some(Beginning {
+        time_s: flagged_s.min(latest_s).max(struck_s + UPSET_S),
+        // A lost leg is missed where it should stand next; the window that shows it first ends then.
+        unchanged_until_s: Some(struck_s - settings.detector.lull_s - settings.detector.window_s),
+    })
 }
 
 /// Threshold for damage that rocks the body by less than the detector's: several times the

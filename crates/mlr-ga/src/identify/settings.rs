@@ -88,6 +88,9 @@ pub struct IdentifySettings {
     /// Whether damage that the detector does not flag counts as well where the body comes to
     /// swing several times as far as it did at first.
     pub unflagged_damage: bool,
+    /// Whether what the walk before damage in mid-walk tells of its robot is known when the rest is
+    /// explained.
+    pub calibrate_before_damage: bool,
     /// What the recording must offer within the window.
     pub sampling: SamplingLimits,
     /// The genetic algorithm.
@@ -126,6 +129,7 @@ impl Default for IdentifySettings {
             motion: MotionSettings::default(),
             detector: DetectorSettings::default(),
             unflagged_damage: true,
+            calibrate_before_damage: true,
             sampling: SamplingLimits::default(),
             genetic: GeneticSettings::default(),
             likelihood: LikelihoodSettings::default(),

@@ -1,12 +1,14 @@
 //! What a residual is like.
 
 mod blocks;
+mod chi_square;
 mod noise;
 mod runs;
 mod spectrum;
 mod whiteness;
 
 pub(crate) use blocks::{BlockErrors, sign_flip_p_value};
+pub(crate) use chi_square::chi_square_tail;
 pub(crate) use noise::Noise;
 pub(crate) use runs::runs_p_value;
 pub(crate) use spectrum::dominant_frequency;

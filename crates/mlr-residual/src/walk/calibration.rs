@@ -13,6 +13,7 @@ use super::{
     search::base::{Base, Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
+use crate::statistics::chi_square_tail;
 
 /// What a healthy walk tells of its robot.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,9 @@ pub struct CalibratedRobot {
     /// What belongs to the day of the walk, in standard deviations of its prior: friction of the
     /// ground, bias of the gyroscope, start of the walk.
     pub day: BTreeMap<String, f64>,
+    /// Share of the robots of the make, or of what was known of this one, that a walk in which nothing
+    /// is wrong makes look as different as this one, or more.
+    pub tail_probability: f64,
     /// Errors of the robot as it was described before. Of each, the zero of yaw and the start of the
     /// walk are fitted.
     pub error_before: StretchErrors,
@@ -77,10 +81,12 @@ pub fn calibrate_walk(
     let found = base.reference.z.clone();
     let base = base.continued(setting, found).ok_or(WalkError::Diverged)?;
     let walker = base.with(Vec::new());
-    let posterior = Posterior::new(&walker, &base.fit(&walker), &nuisance, record, settings);
+    let fit = base.fit(&walker);
+    let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
     Ok(CalibratedRobot {
         robot: posterior.applied_to(&nominal.robot)?,
         day: posterior.day(),
+        tail_probability: tail_probability(&walker, &fit, settings.discrepancy.engine_bias),
         error_before,
         error_after,
     })
@@ -169,6 +175,37 @@ impl Posterior {
         let covariance = covariance(&self.effective);
         let calibration = Calibration::new(&robot, parameters, covariance, physical)?;
         Ok(robot.with_calibration(calibration))
+    }
+}
+
+/// Least share of the prior's variance that a walk must have taken from a combination of parameters
+/// for its most probable value to say how usual the robot is.
+const TOLD: f64 = 0.1;
+
+/// Share of robots whose most probable coordinates are as far from those described, or farther. The
+/// covariance of these among robots is what the posterior has left of the prior's, E = I - S, where nothing
+/// else is wrong; and the engine adds its bias to the body's.
+fn tail_probability(walker: &Walker<'_>, fit: &Fit, engine_bias: f64) -> f64 {
+    let z = &fit.walked.z;
+    let told = (DMatrix::identity(z.len(), z.len()) - fit.covariance()).symmetric_eigen();
+    let is_told = |k: &usize| told.eigenvalues[*k] > TOLD;
+    let directions: Vec<usize> = (0..z.len()).filter(is_told).collect();
+    let taken = DMatrix::from_diagonal(&told.eigenvalues.select_rows(&directions));
+    let directions = told.eigenvectors.select_columns(&directions);
+    let mut biased = &directions * &taken;
+    for (k, mut row) in biased.row_iter_mut().enumerate() {
+        row *= if walker.is_of_sensing(k) {
+            0.0
+        } else {
+            engine_bias
+        };
+    }
+    let covariance = taken + biased.tr_mul(&biased);
+    let found = directions.tr_mul(z);
+    let count = found.len();
+    match covariance.cholesky() {
+        Some(factors) => chi_square_tail(found.dot(&factors.solve(&found)), count),
+        None => 1.0,
     }
 }
 

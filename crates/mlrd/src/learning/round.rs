@@ -3,7 +3,7 @@
 use mlr_filter::SettingError;
 use mlr_ga::{
     CalibrateError, CalibrationReport, ExplainError, ExplainSettings, HealthyWalk,
-    IdentifySettings, WalkOrigin, calibrate, walk_record,
+    IdentifySettings, Model, WalkOrigin, calibrate, walk_record,
 };
 use mlr_model::{Gait, LostLinks, Morphology, Robot};
 use mlr_residual::walk::{CalibratedWalk, EvidenceSettings, WalkModel};
@@ -143,7 +143,8 @@ impl Round<'_> {
     /// surely that is.
     fn ln_evidence(&self, stretch: &WalkStretch, robot: &Robot) -> Result<f64, LearnError> {
         let identification = self.identification_of(stretch);
-        let record = walk_record(&stretch.recording, self.gait, &identification)?;
+        let model = Model::new(robot, self.gait);
+        let record = walk_record(&stretch.recording, model, &identification)?;
         let simulation = identification.simulation.clone();
         let model = WalkModel::nominal(robot.clone(), self.gait.clone(), simulation);
         let whole = Morphology::healthy(&robot.layout());
