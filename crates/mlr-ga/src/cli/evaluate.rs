@@ -65,7 +65,7 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     checked.map_err(|error| error.as_option(&[("window_s", "--window-s")]))?;
     let (robot, gait) = options.of.model.read()?;
     settings.check_on(&robot)?;
-    let atlas = options.of.atlas.open(&robot, &gait, &settings)?;
+    let atlas = options.of.open_atlas(&robot, &gait, &settings)?;
     let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let layout = robot.layout();
     let directories: Vec<(PathBuf, Vec<Truth>)> = options

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{
-    model_files::{self, ModelFiles},
+    model_files::{self, ModelFiles, OwnRobots},
     output::{self, ResultFile},
     progress::Bar,
 };
@@ -38,6 +38,8 @@ pub(super) struct EvaluateDiscrepancyOptions {
     explanation: Option<PathBuf>,
     #[command(flatten)]
     model: ModelFiles,
+    #[command(flatten)]
+    own_robots: OwnRobots,
 }
 
 #[derive(Serialize)]
@@ -69,7 +71,9 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
     let walks = truths
         .par_iter()
         .map(|truth| {
-            let walk = calibrated(truth, &robot, &gait, &settings);
+            let own = options.own_robots.of(&truth.log.name)?;
+            let robot = own.as_ref().unwrap_or(&robot);
+            let walk = calibrated(truth, robot, &gait, &settings);
             mlr_residual::Progress::advance(&bar);
             walk.with_context(|| truth.log.log.display().to_string())
         })

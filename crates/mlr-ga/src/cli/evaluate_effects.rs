@@ -86,7 +86,7 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
     let identify = options.of.search.over(IdentifySettings::default());
     let explanation = model_files::explanation(options.explanation.as_deref())?.unwrap_or_default();
     let (robot, gait) = options.of.model.read()?;
-    let atlas = options.of.atlas.open(&robot, &gait, &identify)?;
+    let atlas = options.of.open_atlas(&robot, &gait, &identify)?;
     let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let how = ExplainSettings {
         identify: &identify,
@@ -144,7 +144,7 @@ fn run_identity(
     model: Model<'_>,
     how: ExplainSettings<'_>,
 ) -> anyhow::Result<RunIdentity> {
-    let atlas = match options.of.atlas.path() {
+    let atlas = match options.of.atlas_path() {
         Some(path) => Some(checksum_of_file(path).with_context(|| path.display().to_string())?),
         None => None,
     };

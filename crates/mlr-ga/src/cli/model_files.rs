@@ -69,11 +69,16 @@ impl ModelOfLogs {
 #[derive(Debug, Args)]
 pub(super) struct OwnRobots {
     /// Take the robot of each log from DIR/LOG.toml, as calibrate wrote it.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["robot", "atlas"])]
+    #[arg(long, value_name = "DIR", conflicts_with = "robot")]
     own_robots: Option<PathBuf>,
 }
 
 impl OwnRobots {
+    /// Whether there is a directory of them.
+    pub(super) fn are_named(&self) -> bool {
+        self.own_robots.is_some()
+    }
+
     /// The own robot of a log, if there is a directory of them.
     pub(super) fn of(&self, log: &str) -> anyhow::Result<Option<Robot>> {
         let path = self.own_robots.as_ref();

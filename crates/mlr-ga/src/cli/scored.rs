@@ -1,8 +1,10 @@
 //! Logs whose truth is known, answered one after the other.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use mlr_ga::{IdentifySettings, atlas::Atlas};
+use mlr_model::{Gait, Robot};
 use serde::Serialize;
 
 use super::{
@@ -19,7 +21,7 @@ pub(super) struct EvaluationOptions {
     #[arg(required = true, value_name = "DIR")]
     pub(super) directories: Vec<PathBuf>,
     #[command(flatten)]
-    pub(super) atlas: AtlasFile,
+    atlas: AtlasFile,
     #[command(flatten)]
     pub(super) search: SearchOptions,
     /// Print one JSON object instead of tables.
@@ -32,6 +34,24 @@ pub(super) struct EvaluationOptions {
 }
 
 impl EvaluationOptions {
+    /// The atlas, if one was named.
+    pub(super) fn open_atlas(
+        &self,
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+    ) -> anyhow::Result<Option<Atlas>> {
+        if self.atlas.path().is_some() && self.own_robots.are_named() {
+            anyhow::bail!("an atlas is of one robot, expected --atlas or --own-robots, not both");
+        }
+        self.atlas.open(robot, gait, settings)
+    }
+
+    /// The file of the atlas, if one was named.
+    pub(super) fn atlas_path(&self) -> Option<&Path> {
+        self.atlas.path()
+    }
+
     /// Prints a report, as asked for.
     pub(super) fn print<R: Serialize>(
         &self,
