@@ -1,0 +1,178 @@
+use mlr_model::{Calibration, Gait, Gaussian, Robot, RobotParameter, SimulationSettings};
+
+use super::*;
+use crate::walk::{Discrepancy, NuisanceSettings, record::tests::level_record};
+use crate::walk_effects::find;
+
+/// What `of` makes of a whole robot that stands for a second, walks for three, and may have
+/// these effects.
+fn with_walker<T>(effects: &[(&str, Place)], of: impl Fn(&Walker<'_>) -> T) -> T {
+    of_robot(Robot::jethexa(), effects, of)
+}
+
+/// The same of another robot.
+fn of_robot<T>(robot: Robot, effects: &[(&str, Place)], of: impl Fn(&Walker<'_>) -> T) -> T {
+    let morphology = Morphology::healthy(&robot.layout());
+    let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
+    let record = level_record();
+    let discrepancy = Discrepancy::default();
+    let observation = Observation::new(&record, &discrepancy, nominal.gait.period_s);
+    let prior = NuisancePrior::new(&NuisanceSettings::default(), &nominal);
+    let hypothesis = Hypothesis {
+        morphology,
+        lost_links: LostLinks::Absent,
+        effects: placed(effects),
+    };
+    of(&Walker::new(hypothesis, &observation, &prior, &nominal))
+}
+
+fn placed(effects: &[(&str, Place)]) -> Vec<Placement> {
+    let placement = |(kind, place): &(&str, Place)| Placement {
+        effect: find(kind).unwrap(),
+        place: *place,
+    };
+    effects.iter().map(placement).collect()
+}
+
+/// The robot of a walker, with these effects.
+fn of_same<'a>(walker: &Walker<'a>, effects: &[(&str, Place)]) -> Walker<'a> {
+    let hypothesis = Hypothesis {
+        effects: placed(effects),
+        ..walker.hypothesis.clone()
+    };
+    Walker::new(
+        hypothesis,
+        walker.observation,
+        walker.prior,
+        &walker.nominal,
+    )
+}
+
+fn at_rest(walker: &Walker<'_>) -> Walked {
+    walker.walk(DVector::zeros(walker.dimension())).unwrap()
+}
+
+#[test]
+fn what_is_known_of_a_robot_mixes_its_coordinates() {
+    let robot = Robot::jethexa();
+    let own = [
+        RobotParameter::ImuMounting(0),
+        RobotParameter::ServoStiffness,
+        RobotParameter::JointZero { leg: 0, joint: 1 },
+    ];
+    let covariance = DMatrix::from_row_slice(
+        3,
+        3,
+        &[0.25, 0.02, 3e-3, 0.02, 0.01, -2e-4, 3e-3, -2e-4, 1.44e-4],
+    );
+    let physical = Gaussian {
+        mean: DVector::zeros(3),
+        covariance: covariance.clone(),
+    };
+    let calibration = Calibration::new(&robot, own.to_vec(), covariance.clone(), physical);
+    let robot = robot.with_calibration(calibration.unwrap());
+    let tilted = [("imu_misalignment", Place::Robot)];
+    of_robot(robot, &[], |bare| {
+        let nuisances = Nuisance::of(&bare.hypothesis.morphology, bare.observation.record);
+        let units = NuisanceSettings::default();
+        let deviation = |nuisance: &Nuisance| nuisance.deviation(&units, bare.observation.record);
+        // The covariance of deviations is the calibration's, and one where nothing is known.
+        let mixing = bare.mixing();
+        let mixed = &mixing * mixing.transpose();
+        for (i, one) in nuisances.iter().enumerate() {
+            for (j, other) in nuisances.iter().enumerate() {
+                let row = |n: &Nuisance| own.iter().position(|p| Some(*p) == n.parameter());
+                let expected = match (row(one), row(other)) {
+                    (Some(a), Some(b)) => covariance[(a, b)] / (deviation(one) * deviation(other)),
+                    _ => f64::from(u8::from(i == j)),
+                };
+                let day = one.day_deviation(&units) / deviation(one);
+                let expected = expected + f64::from(u8::from(i == j)) * day * day;
+                assert!(
+                    (mixed[(i, j)] - expected).abs() < 1e-9,
+                    "{} {}",
+                    one.name(),
+                    other.name()
+                );
+            }
+        }
+        // Sensitivities are those that differences of whole coordinates have, and unmixing
+        // undoes mixing.
+        let at = bare.walk(DVector::zeros(bare.dimension())).unwrap();
+        let jacobian = bare.jacobian(&at);
+        let again = bare.mixed(bare.unmixed(jacobian.clone()));
+        assert!((&again - &jacobian).amax() < 1e-9);
+        let k = nuisances
+            .iter()
+            .position(|n| *n == Nuisance::Misalignment(0))
+            .unwrap();
+        let mut z = at.z.clone();
+        z[k] = 1.0;
+        let moved = bare.walk(z).unwrap();
+        let change = &at.residual - &moved.residual;
+        let missed = (change - jacobian.column(k)).amax();
+        let most = jacobian.column(k).amax();
+        assert!(missed < 0.2 * most, "{missed} of {most}");
+        // An effect that replaces the mounting takes its sensitivity out.
+        let with_effect = of_same(bare, &tilted);
+        let own = with_effect.jacobian(&at_rest(&with_effect));
+        let own = own.columns(0, bare.dimension()).clone_owned();
+        let taken_out = with_effect.without_replaced(jacobian);
+        assert!((&own - &taken_out).amax() < 0.02 * own.amax());
+    });
+}
+
+const WEAK: (&str, Place) = ("weak_leg", Place::Leg(2));
+const DELAY: (&str, Place) = ("sensor_delay", Place::Robot);
+
+/// Logarithm of the mass of the standard normal prior of the coordinates that their bounds
+/// leave, coordinate by coordinate.
+fn ln_mass(walker: &Walker<'_>) -> f64 {
+    let steps = 40_000;
+    let width = 20.0 / f64::from(steps);
+    let each = (walker.nuisances()..walker.dimension()).map(|k| {
+        let possible = (0..steps)
+            .map(|i| -10.0 + (f64::from(i) + 0.5) * width)
+            .filter(|x| {
+                let mut z = DVector::zeros(walker.dimension());
+                z[k] = *x;
+                walker.clamp(&mut z);
+                (z[k] - x).abs() < 1e-12
+            });
+        let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+        (possible.map(density).sum::<f64>() * width).ln()
+    });
+    each.sum()
+}
+
+#[test]
+fn the_prior_of_a_hypothesis_integrates_to_one_over_the_bounds_of_its_parameters() {
+    for effects in [&[WEAK][..], &[DELAY], &[WEAK, DELAY]] {
+        let total = with_walker(effects, |walker| walker.ln_truncation() + ln_mass(walker));
+        assert!(total.abs() < 1e-3, "{effects:?}: {total}");
+    }
+    // Control: without the correction, some of it is lost beyond the bounds.
+    let lost = with_walker(&[WEAK, DELAY], ln_mass);
+    assert!(lost < -0.08, "{lost}");
+    let bare = with_walker(&[], |walker| walker.ln_truncation());
+    assert_eq!(bare, 0.0);
+}
+
+#[test]
+fn coordinates_are_clamped_to_the_bounds_and_values_read_back() {
+    with_walker(&[WEAK, DELAY], |walker| {
+        let values = vec![vec![-0.7], vec![0.02]];
+        let z = walker.described(&values);
+        for (seen, value) in walker
+            .values(&z)
+            .iter()
+            .flatten()
+            .zip(values.iter().flatten())
+        {
+            assert!((seen - value).abs() < 1e-12);
+        }
+        let mut beyond = walker.described(&[vec![0.4], vec![-0.1]]);
+        walker.clamp(&mut beyond);
+        assert_eq!(beyond, walker.described(&[vec![0.0], vec![0.0]]));
+    });
+}
