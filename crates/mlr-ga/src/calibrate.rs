@@ -65,6 +65,14 @@ pub enum CalibrateError {
         /// Probability of this set of legs.
         probability: f64,
     },
+    /// Its parameters would be unlike those of any healthy robot.
+    #[error(
+        "something is wrong with this walk: of healthy robots, {probability:.0e} are found to differ as          much from what is known of this one, expected a healthy walk"
+    )]
+    Unusual {
+        /// The share of them.
+        probability: f64,
+    },
     /// Something else seems to be wrong.
     #[error(
         "something is wrong with this walk: most probably {what} ({:.0} %), expected a healthy one",
@@ -84,7 +92,10 @@ impl CalibrateError {
         match self {
             Self::Answer(error) => error.is_recordings_fault(),
             Self::Walk(error) => error.is_recordings_fault(),
-            Self::NoStart | Self::Damaged { .. } | Self::Disturbed { .. } => true,
+            Self::NoStart
+            | Self::Damaged { .. }
+            | Self::Unusual { .. }
+            | Self::Disturbed { .. } => true,
         }
     }
 }
@@ -103,6 +114,16 @@ impl From<ExplainError> for CalibrateError {
 /// A walk is taken for disturbed where something is wrong with more than this probability: what is
 /// learned of it would be taken for the robot's.
 const SURE: f64 = 0.9;
+
+/// So many healthy robots are not believed to be healthy: what makes them differ so much would be taken
+/// for their own.
+const UNUSUAL: f64 = 1e-3;
+
+/// The error of a robot that is found to be unlike healthy ones.
+pub(crate) fn unusual(found: &CalibratedRobot) -> Option<CalibrateError> {
+    let probability = found.tail_probability;
+    (probability < UNUSUAL).then_some(CalibrateError::Unusual { probability })
+}
 
 /// Fits the parameters of a robot to its walks, one after the other: what is known after one is the
 /// prior of the next. `check` looks for damage and effects in each walk first.
@@ -157,6 +178,9 @@ pub fn calibrate(
         });
         let record = record(looked_at_s.max(WalkRecord::LONGEST_WALK_S))?;
         let fitted = calibrate_walk(&record, &nominal, explanation).map_err(|e| at(e.into()))?;
+        if let Some(error) = unusual(&fitted).filter(|_| check) {
+            return Err(at(error));
+        }
         known = fitted.robot.clone();
         calibrated.push(fitted);
     }

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 use toml::Value;
 
-use super::Calibrated;
+use super::{Calibrated, unusual};
 
 /// Version of the JSON form.
 const SCHEMA: &str = "mlr.calibration/1";
@@ -95,6 +95,8 @@ pub struct WalkReport {
     pub origin: WalkOrigin,
     /// What belongs to its day, in standard deviations of the prior.
     pub day: BTreeMap<String, f64>,
+    /// Share of healthy robots that differ as much from what was known of this one before.
+    pub tail_probability: f64,
     /// Errors of the robot as it was known before.
     pub error_before: StretchErrors,
     /// Errors of the robot as calibrated.
@@ -154,10 +156,15 @@ impl CalibrationReport {
             .collect();
         let untold = parameters.iter().filter(|one| !one.is_told);
         let untold: Vec<&str> = untold.map(|one| one.name.as_str()).collect();
-        let warnings = match untold.is_empty() {
-            true => Vec::new(),
-            false => vec![format!("the walks do not tell {}", untold.join(", "))],
-        };
+        let mut warnings = Vec::new();
+        if !untold.is_empty() {
+            warnings.push(format!("the walks do not tell {}", untold.join(", ")));
+        }
+        for (walk, origin) in calibrated.walks.iter().zip(&origins) {
+            if let Some(error) = unusual(walk) {
+                warnings.push(format!("{}: {error}", origin.log));
+            }
+        }
         let covariance = calibration.map(|calibration| lower(calibration.covariance()));
         let physical = calibration.map(|calibration| lower(&calibration.physical().covariance));
         let walks = calibrated.walks.iter().zip(origins);
@@ -170,6 +177,7 @@ impl CalibrationReport {
                 .map(|(walk, origin)| WalkReport {
                     origin,
                     day: walk.day.clone(),
+                    tail_probability: walk.tail_probability,
                     error_before: walk.error_before,
                     error_after: walk.error_after,
                 })

@@ -5,7 +5,7 @@ use mlr_model::Robot;
 use mlr_residual::Progress;
 
 use super::ExplainSettings;
-use crate::{HealthyWalk, MeasuredWalk, Model, calibrate};
+use crate::{HealthyWalk, MeasuredWalk, Model, calibrate, calibrate::unusual};
 
 /// The part of a log in which its robot was healthy, and the robot that it tells of.
 #[derive(Debug)]
@@ -15,10 +15,6 @@ pub(super) struct HealthyStretch {
     /// The robot with its own parameters.
     pub(super) robot: Robot,
 }
-
-/// Of healthy robots, so many are not believed to be healthy: what makes them differ so much would be
-/// taken for their own, and is an effect to be found.
-const UNUSUAL: f64 = 1e-3;
 
 /// Calibrates the robot by its walk before it was damaged.
 ///
@@ -39,13 +35,9 @@ pub(super) fn calibrated(
     };
     let calibrated = calibrate(&[walk], model.robot, settings, false, progress);
     let calibrated = calibrated.map_err(|(_, error)| error.to_string())?;
-    let usual = calibrated.walks.iter().map(|walk| walk.tail_probability);
-    let usual = usual.fold(1.0, f64::min);
-    if usual < UNUSUAL {
-        return Err(format!(
-            "a healthy robot would walk like that with probability {usual:.0e}: something was \
-             wrong with it before"
-        ));
+    // What makes it differ so much is an effect to be found.
+    if let Some(error) = calibrated.walks.iter().find_map(unusual) {
+        return Err(error.to_string());
     }
     Ok(HealthyStretch {
         stretch_s: [measured.start().start_s, until_s],
@@ -144,6 +136,6 @@ mod tests {
     fn a_robot_that_was_unlike_any_healthy_one_is_not_taken_as_it_is() {
         // Ten deviations of the make: somebody knocked the sensor.
         let reason = told(6.0).unwrap_err();
-        assert!(reason.contains("something was wrong"), "{reason}");
+        assert!(reason.contains("something is wrong"), "{reason}");
     }
 }

@@ -5,7 +5,7 @@ use mlr_model::{Calibration, Fault, Gaussian, Morphology, RobotParameter};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{WalkModel, WalkRecord, calibration::left_by_the_engine};
+use super::{WalkModel, WalkRecord};
 
 /// Standard deviations of the nuisance parameters about the robot's description. Each
 /// parameter has a normal prior.
@@ -31,9 +31,6 @@ pub struct NuisanceSettings {
     pub ln_stiffness: f64,
     /// The same of one robot from day to day: the charge of its battery, the warmth of its servos.
     pub day_ln_stiffness: f64,
-    /// By how much the body that the engine makes walk like one robot differs from walk to walk, in
-    /// standard deviations of the make: what one walk tells of a body says less of the next.
-    pub walk_bias: f64,
     /// Logarithm of their damping.
     pub ln_damping: f64,
     /// Logarithm of the ground's friction.
@@ -60,7 +57,6 @@ impl Default for NuisanceSettings {
             clock: 0.003,
             ln_stiffness: 0.12,
             day_ln_stiffness: 0.04,
-            walk_bias: 0.0,
             ln_damping: 0.2,
             ln_friction: 0.12,
             ln_contact_frequency: 0.3,
@@ -102,7 +98,6 @@ impl NuisanceSettings {
             ("clock", self.clock, 1.0, ""),
             ("ln_stiffness", self.ln_stiffness, 5.0, ""),
             ("day_ln_stiffness", self.day_ln_stiffness, 5.0, ""),
-            ("walk_bias", self.walk_bias, 100.0, ""),
             ("ln_damping", self.ln_damping, 5.0, ""),
             ("ln_friction", self.ln_friction, 5.0, ""),
             ("ln_contact_frequency", self.ln_contact_frequency, 5.0, ""),
@@ -320,8 +315,8 @@ impl NuisancePrior {
         record: &WalkRecord,
     ) -> Option<DMatrix<f64>> {
         let calibration = self.calibration.as_ref()?;
-        let of_one_walk = self.in_units(calibration, calibration.covariance(), nuisances, record);
-        let mut covariance = of_other_walks(nuisances, self.settings.walk_bias, of_one_walk);
+        let mut covariance =
+            self.in_units(calibration, calibration.covariance(), nuisances, record);
         for (i, nuisance) in nuisances.iter().enumerate() {
             let of_make = nuisance.deviation(&self.settings, record);
             let day = nuisance.day_deviation(&self.settings) / of_make.max(f64::MIN_POSITIVE);
@@ -387,22 +382,6 @@ impl NuisancePrior {
             }
         })
     }
-}
-
-/// What is known for other walks, where this is the covariance that one walk has left of the make's.
-fn of_other_walks(
-    nuisances: &[Nuisance],
-    walk_bias: f64,
-    covariance: DMatrix<f64>,
-) -> DMatrix<f64> {
-    let n = nuisances.len();
-    let Some(precision) = covariance.clone().cholesky().map(|of| of.inverse()) else {
-        return covariance;
-    };
-    let told = precision - DMatrix::identity(n, n);
-    let told = left_by_the_engine(nuisances, walk_bias, &told) * told;
-    let precision = DMatrix::identity(n, n) + 0.5 * (&told + told.transpose());
-    precision.cholesky().map_or(covariance, |of| of.inverse())
 }
 
 /// Least variance of a calibrated parameter, of its variance among robots of one make.
