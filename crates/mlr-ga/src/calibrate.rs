@@ -115,9 +115,9 @@ impl From<ExplainError> for CalibrateError {
 /// learned of it would be taken for the robot's.
 const SURE: f64 = 0.9;
 
-/// So many healthy robots are not believed to be healthy: what makes them differ so much would be taken
-/// for their own.
-const UNUSUAL: f64 = 1e-3;
+/// Of healthy robots at most so many are not believed to be healthy: what makes them differ so much would
+/// be taken for their own.
+const UNUSUAL: f64 = 0.01;
 
 /// The error of a robot that is found to be unlike healthy ones.
 pub(crate) fn unusual(found: &CalibratedRobot) -> Option<CalibrateError> {
