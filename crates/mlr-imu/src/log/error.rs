@@ -214,7 +214,7 @@ pub enum LogProblem {
     #[error("{0}")]
     OtherFormat(&'static str),
     /// A name that does not say in which format a log is to be written.
-    #[error("expected a name that ends in .csv, .csv.gz or .mcap")]
+    #[error("expected a name that ends in .csv, .csv.gz or .mcap; bags are only read")]
     UnknownFormat,
     /// No messages of the right type.
     #[error("has no messages of sensor_msgs/Imu, found {found}")]
