@@ -39,7 +39,7 @@ pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
     ColumnError, Columns, Correction, IN_BODY_AXES, ImuRows, LogColumn, LogError, LogFormat,
     LogLimits, LogProblem, LogStream, LogTable, LogValues, McapBegin, McapStream, Place, Position,
-    SampleLines, read_log, write_log, write_log_to, write_recording,
+    SampleLines, mcap_library, read_log, write_log, write_log_to, write_recording,
 };
 pub use mounting::Mounting;
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};

@@ -87,6 +87,8 @@ pub struct Settings {
 pub struct RecordSettings {
     /// Directory for the recordings; none are made without one.
     pub dir: Option<PathBuf>,
+    /// How they are written.
+    pub format: RecordFormat,
     /// A recording that has reached this size is closed and the next one begun.
     pub file_mb: f64,
     /// All recordings in the directory together stay below this size: the oldest
@@ -94,10 +96,21 @@ pub struct RecordSettings {
     pub total_mb: f64,
 }
 
+/// How recordings are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RecordFormat {
+    /// Text.
+    Csv,
+    /// MCAP with `sensor_msgs/msg/Imu` of ROS 2, four times as large.
+    Mcap,
+}
+
 impl Default for RecordSettings {
     fn default() -> Self {
         Self {
             dir: None,
+            format: RecordFormat::Csv,
             file_mb: 32.0,
             total_mb: 512.0,
         }

@@ -24,7 +24,7 @@ pub use columns::{ColumnError, Columns, Correction};
 pub use error::{LogError, LogProblem, Place, Position};
 pub use limits::LogLimits;
 pub use read::read_log;
-pub use ros::{ImuRows, McapBegin, McapStream};
+pub use ros::{ImuRows, McapBegin, McapStream, mcap_library};
 pub use sample_lines::SampleLines;
 pub use stream::{IN_BODY_AXES, LogStream};
 pub use table::{LogColumn, LogTable, LogValues};

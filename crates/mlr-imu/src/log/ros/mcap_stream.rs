@@ -1,9 +1,12 @@
 use std::{
     collections::BTreeMap,
-    io::{self, Seek, Write},
+    io::{self, Read, Seek, Write},
 };
 
-use mcap::{McapError, WriteOptions, Writer, records::MessageHeader};
+use mcap::{
+    McapError, WriteOptions, Writer,
+    records::{MessageHeader, Record},
+};
 use mlr_filter::Axes;
 use nalgebra::UnitQuaternion;
 
@@ -25,6 +28,26 @@ pub struct McapStream<W: Write + Seek> {
     frame: &'static str,
     /// What the log's time zero is.
     begin_ns: i64,
+    /// Bytes of messages so far.
+    bytes: u64,
+}
+
+/// Bytes of a record around a message.
+const RECORD_BYTES: u64 = 31;
+/// The longest beginning of a file that its writer's name is looked for in.
+const MAX_HEADER_BYTES: u64 = 1000;
+
+/// What wrote an MCAP file, by the file's beginning; `None` if it is none.
+pub fn mcap_library(begin: impl Read) -> Option<String> {
+    let mut bytes = Vec::new();
+    begin.take(MAX_HEADER_BYTES).read_to_end(&mut bytes).ok()?;
+    let (kind, rest) = bytes.strip_prefix(mcap::MAGIC)?.split_first()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let header = rest.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+    match mcap::parse_record(*kind, header).ok()? {
+        Record::Header(header) => Some(header.library),
+        _ => None,
+    }
 }
 
 /// What an MCAP file begins with.
@@ -78,6 +101,7 @@ impl<W: Write + Seek> McapStream<W> {
             sequence: 0,
             frame,
             begin_ns: begin.begin_ns,
+            bytes: 0,
         })
     }
 
@@ -113,9 +137,15 @@ impl<W: Write + Seek> McapStream<W> {
         };
         self.sequence = self.sequence.wrapping_add(1);
         let bytes = ImuMessage::to_cdr(time_ns, self.frame, &message);
+        self.bytes += RECORD_BYTES + bytes.len() as u64;
         self.file
             .write_to_known_channel(&header, &bytes)
             .map_err(as_io)
+    }
+
+    /// Bytes of messages written so far, with what stands around them.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
     }
 
     /// Hands on what is still held back.

@@ -15,7 +15,7 @@ mod topics;
 
 use std::io::Read;
 
-pub use mcap_stream::{McapBegin, McapStream};
+pub use mcap_stream::{McapBegin, McapStream, mcap_library};
 pub use rows::ImuRows;
 
 use super::{LogLimits, LogProblem};
