@@ -169,6 +169,13 @@ impl Recorder {
     }
 }
 
+impl Drop for Recording {
+    fn drop(&mut self) {
+        // Without its end a recording is read as well.
+        let _ = self.log.finish();
+    }
+}
+
 impl Log {
     fn write(&mut self, reading: &Reading) -> io::Result<()> {
         let (attitude, sample) = (&reading.attitude, &reading.sample);

@@ -2,6 +2,8 @@
 
 use std::io::{self, BufReader, Cursor, Read};
 
+use super::ros::MCAP_MAGIC;
+
 /// The first bytes of every gzip file (RFC 1952).
 const GZIP: &[u8] = &[0x1f, 0x8b];
 const BAG: &[u8] = b"#ROSBAG V2.0\n";
@@ -38,7 +40,7 @@ impl Format {
             (GZIP, Self::Gzip),
             (BAG, Self::Bag),
             (ANY_BAG, Self::OtherBag),
-            (mcap::MAGIC, Self::Mcap),
+            (MCAP_MAGIC, Self::Mcap),
             (SQLITE, Self::Sqlite),
         ]
         .into_iter()

@@ -1,7 +1,7 @@
 //! Writing logs.
 
 use std::{
-    io::{self, BufWriter, Seek, Write},
+    io::{self, BufWriter, Write},
     path::Path,
 };
 
@@ -178,7 +178,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    fn write_mcap(&self, file: &mut (impl Write + Seek), begin_ns: i64) -> io::Result<()> {
+    fn write_mcap(&self, file: &mut impl Write, begin_ns: i64) -> io::Result<()> {
         let begin = McapBegin {
             library: WRITER,
             begin_ns,

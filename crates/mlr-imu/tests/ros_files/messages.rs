@@ -1,8 +1,5 @@
 //! What drivers write into messages.
 
-use std::{collections::BTreeMap, io::Cursor};
-
-use mcap::{WriteOptions, records::MessageHeader};
 use mlr_imu::{OrientationSource, Recording};
 
 use crate::read_bytes;
@@ -46,27 +43,38 @@ impl Imu {
     }
 }
 
-/// An MCAP file with one topic.
+/// Bytes behind their number.
+fn counted(bytes: &[u8]) -> Vec<u8> {
+    [&(bytes.len() as u32).to_le_bytes(), bytes].concat()
+}
+
+fn record(kind: u8, parts: &[&[u8]]) -> Vec<u8> {
+    let content = parts.concat();
+    [&[kind], &(content.len() as u64).to_le_bytes()[..], &content].concat()
+}
+
+/// An MCAP file with one topic in one chunk, without an index.
 fn file(type_name: &str, encoding: &str, messages: impl IntoIterator<Item = Imu>) -> Vec<u8> {
-    let mut bytes = Cursor::new(Vec::new());
-    let mut file = WriteOptions::new().create(&mut bytes).unwrap();
-    let schema = file.add_schema(type_name, "ros2msg", b"").unwrap();
-    let channel_id = file
-        .add_channel(schema, "/imu", encoding, &BTreeMap::new())
-        .unwrap();
-    for (sequence, message) in (0..).zip(messages) {
-        let header = MessageHeader {
-            channel_id,
-            sequence,
-            log_time: message.recorded_ns,
-            publish_time: message.recorded_ns,
-        };
-        file.write_to_known_channel(&header, &message.to_cdr())
-            .unwrap();
+    let id = 5_u16.to_le_bytes();
+    let names = [type_name, "ros2msg", ""].map(|text| counted(text.as_bytes()));
+    let schema = record(3, &[&id, &names.concat()]);
+    let names = ["/imu", encoding, ""].map(|text| counted(text.as_bytes()));
+    let channel = record(4, &[&id, &id, &names.concat()]);
+    let mut content = [schema, channel].concat();
+    for message in messages {
+        let times = [message.recorded_ns.to_le_bytes(); 2].concat();
+        content.extend(record(5, &[&id, &[0; 4], &times, &message.to_cdr()]));
     }
-    file.finish().unwrap();
-    drop(file);
-    bytes.into_inner()
+    let bytes = (content.len() as u64).to_le_bytes();
+    let chunk = record(6, &[&[0; 16], &bytes, &[0; 8], &bytes, &content]);
+    let header = record(1, &[&[0; 8]]);
+    [
+        b"\x89MCAP0\r\n",
+        &header[..],
+        &chunk,
+        &record(15, &[&[0; 4]]),
+    ]
+    .concat()
 }
 
 fn read(messages: impl Fn(u32) -> Imu) -> Recording {

@@ -49,7 +49,7 @@ impl Stamp {
             .then(|| i64::from(self.seconds) * 1_000_000_000 + i64::from(self.nanoseconds))
     }
 
-    fn of_ns(since_1970_ns: i64) -> Self {
+    pub(super) fn of_ns(since_1970_ns: i64) -> Self {
         let seconds = since_1970_ns.div_euclid(1_000_000_000);
         Self {
             seconds: seconds.clamp(0, i64::from(u32::MAX)) as u32,
@@ -129,17 +129,16 @@ impl ImuMessage {
 
     /// Writes a message of ROS 2, in little-endian CDR. Covariances are zero, which means that
     /// they are not known.
-    pub(super) fn to_cdr(since_1970_ns: i64, frame: &str, what: &Self) -> Vec<u8> {
+    pub(super) fn to_cdr(self, frame: &str) -> Vec<u8> {
         let mut bytes = vec![0, 1, 0, 0];
-        let stamp = Stamp::of_ns(since_1970_ns);
-        bytes.extend(stamp.seconds.to_le_bytes());
-        bytes.extend(stamp.nanoseconds.to_le_bytes());
+        bytes.extend(self.stamp.seconds.to_le_bytes());
+        bytes.extend(self.stamp.nanoseconds.to_le_bytes());
         bytes.extend((frame.len() as u32 + 1).to_le_bytes());
         bytes.extend(frame.as_bytes());
         bytes.push(0);
         // Numbers begin at multiples of eight bytes behind the first four.
         bytes.resize((bytes.len() - 4).next_multiple_of(8) + 4, 0);
-        let quaternion = what.orientation.map(|[w, x, y, z]| [x, y, z, w]);
+        let quaternion = self.orientation.map(|[w, x, y, z]| [x, y, z, w]);
         let mut add = |values: Option<&[f64]>, count: usize| {
             for index in 0..count {
                 let value = values.and_then(|values| values.get(index));
@@ -151,8 +150,8 @@ impl ImuMessage {
             }
         };
         add(quaternion.as_ref().map(<[f64; 4]>::as_slice), 4);
-        add(what.rate_radps.as_ref().map(<[f64; 3]>::as_slice), 3);
-        add(what.acceleration_mps2.as_ref().map(<[f64; 3]>::as_slice), 3);
+        add(self.rate_radps.as_ref().map(<[f64; 3]>::as_slice), 3);
+        add(self.acceleration_mps2.as_ref().map(<[f64; 3]>::as_slice), 3);
         bytes
     }
 }
@@ -217,7 +216,7 @@ mod tests {
             ..known
         };
         for message in [known, unknown] {
-            let bytes = ImuMessage::to_cdr(0, "imu_link", &message);
+            let bytes = message.to_cdr("imu_link");
             assert_eq!(ImuMessage::read(&bytes, Encoding::Cdr).unwrap(), message);
         }
     }
@@ -258,7 +257,7 @@ mod tests {
 
     #[test]
     fn another_message_is_refused() {
-        let whole = ImuMessage::to_cdr(0, "imu", &ImuMessage::of(Stamp::default(), &[0.0; 37]));
+        let whole = ImuMessage::of(Stamp::default(), &[0.0; 37]).to_cdr("imu");
         let message = |bytes: &[u8]| ImuMessage::read(bytes, Encoding::Cdr).unwrap_err();
         assert_eq!(message(&whole[..whole.len() - 1]), "is too short");
         assert_eq!(

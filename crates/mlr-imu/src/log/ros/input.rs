@@ -55,14 +55,18 @@ impl<R: Read> Input<R> {
 
     /// The next bytes; `None` where there are no more, not even the first of them.
     pub(super) fn next<const N: usize>(&mut self) -> Result<Option<[u8; N]>, LogProblem> {
-        let (begin, bytes) = (self.position, self.up_to(N as u64)?);
-        if bytes.is_empty() {
-            return Ok(None);
+        let begin = self.position;
+        let (mut bytes, mut filled) = ([0; N], 0);
+        while filled < N {
+            match self.read(&mut bytes[filled..]) {
+                Ok(0) if filled == 0 => return Ok(None),
+                Ok(0) => return Err(self.ends_early(begin)),
+                Ok(count) => filled += count,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(self.failed(error)),
+            }
         }
-        match bytes.try_into() {
-            Ok(bytes) => Ok(Some(bytes)),
-            Err(_) => Err(self.ends_early(begin)),
-        }
+        Ok(Some(bytes))
     }
 
     /// A record's next bytes.
@@ -87,7 +91,9 @@ impl<R: Read> Input<R> {
                 "{what} of {length} bytes, more than the {most} that are read of one"
             )));
         }
-        let bytes = self.up_to(length)?;
+        let mut bytes = Vec::new();
+        let read = self.by_ref().take(length).read_to_end(&mut bytes);
+        read.map_err(|error| self.failed(error))?;
         if (bytes.len() as u64) < length {
             return Err(self.ends_early(begin));
         }
@@ -108,13 +114,6 @@ impl<R: Read> Input<R> {
     /// Whether there are no more bytes, which takes one if there are.
     pub(super) fn is_at_end(&mut self) -> Result<bool, LogProblem> {
         Ok(self.next::<1>()?.is_none())
-    }
-
-    fn up_to(&mut self, length: u64) -> Result<Vec<u8>, LogProblem> {
-        let mut bytes = Vec::new();
-        let read = self.by_ref().take(length).read_to_end(&mut bytes);
-        read.map_err(|error| self.failed(error))?;
-        Ok(bytes)
     }
 
     /// What a failure to read means.

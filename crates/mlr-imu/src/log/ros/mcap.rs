@@ -1,21 +1,17 @@
 //! MCAP (<https://mcap.dev/spec>).
 //!
-//! The crate `mcap` knows what is in a record. Its readers are not used: they hold each record as
-//! a whole, pictures included, do not tell where in the file it is, and decompress with C
-//! libraries.
+//! The readers of the crate `mcap` hold each record as a whole, pictures included, do not tell
+//! where in the file it is, and decompress with C libraries. What is left of the crate then is the
+//! layout of a few records, for which it would bring in a dozen others.
 
 use std::{collections::HashMap, io::Read};
-
-use mcap::{
-    parse_record,
-    records::{Record, op},
-};
 
 use super::{
     super::LogProblem,
     chunk::{Chunk, Compression},
     imu_message::MAX_MESSAGE_BYTES,
     input::Input,
+    mcap_records::{Channel, MAGIC, Schema, op},
     topics::{Kind, Topics},
 };
 
@@ -29,6 +25,9 @@ const MESSAGE_HEADER_BYTES: u64 = 22;
 /// Where a channel says that the mounting of the sensor has been applied to its messages.
 pub(super) const AXES: (&str, &str) = ("mlr.axes", "body");
 
+/// Characters of a name that are kept.
+const MAX_NAME: usize = 200;
+
 /// What messages of the channels of each schema are.
 type Schemas = HashMap<u16, String>;
 
@@ -37,7 +36,7 @@ pub(super) fn read<R: Read>(
     file: &mut Input<R>,
     topics: &mut Topics<'_>,
 ) -> Result<(), LogProblem> {
-    file.skip(mcap::MAGIC.len() as u64)?;
+    file.skip(MAGIC.len() as u64)?;
     let end = read_records(file, topics, &mut Schemas::new())?;
     if end == End::OfBytes {
         topics.note("the end of the file is missing: what was recorded last may be lost".into());
@@ -88,11 +87,24 @@ fn read_record<R: Read>(
     let position = input.position();
     let length = u64::from_le_bytes(input.array()?);
     match kind {
-        op::SCHEMA | op::CHANNEL => {
-            let bytes = input.bytes(length, "a declaration", MAX_DECLARATION_BYTES)?;
-            let record = parse_record(kind, &bytes);
-            let record = record.map_err(|error| input.damaged(error.to_string()))?;
-            declare(record, topics, schemas).map_err(|what| input.damaged(what))
+        op::SCHEMA => {
+            let record = input.bytes(length, "a schema", MAX_DECLARATION_BYTES)?;
+            let schema = Schema::read(&record);
+            let schema = schema.ok_or_else(|| input.damaged("a schema that makes no sense"))?;
+            schemas.insert(schema.id, schema.name.chars().take(MAX_NAME).collect());
+            Ok(())
+        }
+        op::CHANNEL => {
+            let record = input.bytes(length, "a channel", MAX_DECLARATION_BYTES)?;
+            let channel = Channel::read(&record);
+            let channel = channel.ok_or_else(|| input.damaged("a channel that makes no sense"))?;
+            let type_name = schemas.get(&channel.schema_id).map_or("", String::as_str);
+            let encoding: String = channel.message_encoding.chars().take(MAX_NAME).collect();
+            let kind = Kind::of(type_name, &encoding);
+            let in_body_axes = channel.metadata.contains(&AXES);
+            topics
+                .declare(channel.id.into(), channel.topic, kind, in_body_axes)
+                .map_err(|what| input.damaged(what))
         }
         op::MESSAGE => {
             let Some(data_bytes) = length.checked_sub(MESSAGE_HEADER_BYTES) else {
@@ -124,27 +136,6 @@ fn read_record<R: Read>(
         0 => Err(input.damaged("a record of kind 0, which there is not")),
         _ => input.skip(length),
     }
-}
-
-fn declare(
-    record: Record<'_>,
-    topics: &mut Topics<'_>,
-    schemas: &mut Schemas,
-) -> Result<(), String> {
-    match record {
-        Record::Schema { header, .. } => {
-            schemas.insert(header.id, header.name.chars().take(200).collect());
-        }
-        Record::Channel(channel) => {
-            let type_name = schemas.get(&channel.schema_id).map_or("", String::as_str);
-            let kind = Kind::of(type_name, &channel.message_encoding);
-            let (key, value) = AXES;
-            let in_body_axes = channel.metadata.get(key).is_some_and(|axes| axes == value);
-            topics.declare(channel.id.into(), &channel.topic, kind, in_body_axes)?;
-        }
-        _ => {}
-    }
-    Ok(())
 }
 
 /// Reads a chunk's header.

@@ -9,12 +9,14 @@ mod chunk;
 mod imu_message;
 mod input;
 mod mcap;
+mod mcap_records;
 mod mcap_stream;
 mod rows;
 mod topics;
 
 use std::io::Read;
 
+pub(super) use mcap_records::MAGIC as MCAP_MAGIC;
 pub use mcap_stream::{McapBegin, McapStream, mcap_library};
 pub use rows::ImuRows;
 
