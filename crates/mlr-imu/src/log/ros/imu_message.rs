@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn both_byte_orders_and_ros_1_say_the_same() {
-        let numbers: Vec<f64> = (0..37).map(|i| f64::from(i) * 1.5 - 7.0).collect();
+        let numbers: Vec<f64> = (0..37).map(|i| f64::from(i) * 1.5 - 7.25).collect();
         let frame = b"base_imu";
         let mut ros1 = Vec::new();
         for word in [9, 1_700_000_000, 123_456_789, 8_u32] {
@@ -248,9 +248,9 @@ mod tests {
         let read = ImuMessage::read(&ros1, Encoding::Ros1).unwrap();
         assert_eq!(read.stamp.since_1970_ns(), Some(1_700_000_000_123_456_789));
         // Covariances of 4 and 13 numbers are passed over.
-        assert_eq!(read.orientation, Some([-2.5, -7.0, -5.5, -4.0]));
-        assert_eq!(read.rate_radps, Some([12.5, 14.0, 15.5]));
-        assert_eq!(read.acceleration_mps2, Some([30.5, 32.0, 33.5]));
+        assert_eq!(read.orientation, Some([-2.75, -7.25, -5.75, -4.25]));
+        assert_eq!(read.rate_radps, Some([12.25, 13.75, 15.25]));
+        assert_eq!(read.acceleration_mps2, Some([30.25, 31.75, 33.25]));
         assert_eq!(ImuMessage::read(&little, Encoding::Cdr).unwrap(), read);
         assert_eq!(ImuMessage::read(&big, Encoding::Cdr).unwrap(), read);
     }

@@ -6,6 +6,7 @@ use super::{
     super::{
         LogColumn, LogLimits, LogProblem, LogValues, Place, skipped_rows::SkippedRows, table::Holds,
     },
+    imu_message::Stamp,
     topics::{Chosen, Recorded},
 };
 
@@ -205,7 +206,11 @@ fn times_ns(messages: &[Recorded]) -> (Vec<Option<i64>>, Option<String>) {
         *stamp = stamp.filter(|stamp| *stamp != 0 || latest < SET_STAMP_NS);
     }
     let recorded = || messages.iter().map(|recorded| recorded.at_ns);
-    let why = if messages.len() > 1 && latest == 0 {
+    let unset = Stamp::default();
+    let why = if messages
+        .iter()
+        .all(|recorded| recorded.message.stamp == unset)
+    {
         "are zero"
     } else if is_senseless(&stamps, &recorded().collect::<Vec<_>>()) {
         "make no sense"

@@ -138,7 +138,8 @@ impl<'a> Topics<'a> {
             in_body_axes,
             messages: 0,
         });
-        if topic.kind != kind {
+        let is_imu = |kind: &Kind| matches!(kind, Kind::Imu(_));
+        if topic.kind != kind && (is_imu(&topic.kind) || is_imu(&kind)) {
             let (before, now) = (topic.kind.name(), kind.name());
             return Err(format!(
                 "{}: declared as {} and as {}",
