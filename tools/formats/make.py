@@ -2,7 +2,7 @@
 
     python tools/formats/make.py data/logs/stand-in/legs3-4-lost.csv.gz data/golden/formats
 
-makes the files that the tests read back: twelve seconds at about 100 Hz as a table, as a bag
+makes the files that the tests read back: twelve seconds at about 140 Hz as a table, as a bag
 and as MCAP, compressed in every way there is, and two seconds with several topics.
 """
 

@@ -69,8 +69,8 @@ fn what_the_libraries_wrote_is_read_as_the_table_is() {
         ("walk-bz2.bag", table.orientation.len()),
         ("walk-ros2-zstd.mcap", table.orientation.len()),
         ("walk-ros1-lz4.mcap", table.orientation.len()),
-        ("short-big-endian.mcap", 191),
-        ("short-unchunked.mcap", 191),
+        ("short-big-endian.mcap", 279),
+        ("short-unchunked.mcap", 279),
     ] {
         let recording = read(name, None).unwrap();
         assert_eq!(recording.orientation.len(), rows, "{name}");
@@ -84,8 +84,8 @@ fn of_several_topics_one_must_be_named() {
     let message = read("several-topics.bag", None).unwrap_err().to_string();
     assert_eq!(
         message,
-        "has several topics of sensor_msgs/Imu: /imu/data (96 messages), /imu/data_raw \
-         (191 messages); choose one with --topic NAME"
+        "has several topics of sensor_msgs/Imu: /imu/data (140 messages), /imu/data_raw \
+         (279 messages); choose one with --topic NAME"
     );
     let table = read("walk.csv.gz", None).unwrap();
     // With the slash or without.
@@ -95,12 +95,12 @@ fn of_several_topics_one_must_be_named() {
         let (ours, theirs) = (raw.raw.unwrap(), table.raw.as_ref().unwrap());
         assert_eq!(
             ours.accelerations_mps2[..],
-            theirs.accelerations_mps2[..191]
+            theirs.accelerations_mps2[..279]
         );
     }
     let fused = read("several-topics.bag", Some("/imu/data")).unwrap();
     assert_eq!(fused.source, OrientationSource::Recorded);
-    assert_eq!(fused.orientation.len(), 96);
+    assert_eq!(fused.orientation.len(), 140);
 
     let message = read("several-topics.bag", Some("/imu"))
         .unwrap_err()

@@ -85,10 +85,7 @@ impl Kind {
         match self {
             Self::Imu(_) => IMU_TYPES[0].into(),
             Self::EncodedOtherwise(encoding) => {
-                format!(
-                    "{} encoded as {encoding:?}, expected cdr or ros1",
-                    IMU_TYPES[0]
-                )
+                format!("{} as {encoding:?}, expected cdr or ros1", IMU_TYPES[0])
             }
             Self::Other(name) => name.clone(),
         }
