@@ -16,7 +16,7 @@ const LIMITS: LogLimits = LogLimits {
 const LONGEST_MESSAGE: usize = 4000;
 
 fuzz_target!(|bytes: &[u8]| {
-    let table = LogTable::from_bytes(bytes, LIMITS);
+    let table = LogTable::from_bytes(bytes, None, LIMITS);
     match table.and_then(|table| Recording::from_table(table, &Columns::default())) {
         Ok(recording) => check(&recording),
         Err(problem) => check_message(&problem.to_string()),
@@ -57,7 +57,7 @@ fn check_message(message: &str) {
 /// Every column, whatever its name, as times and as numbers.
 fn check_columns(bytes: &[u8]) {
     let read = |column: fn(usize, f64) -> LogColumn| -> Result<(), LogProblem> {
-        let table = LogTable::from_bytes(bytes, LIMITS)?;
+        let table = LogTable::from_bytes(bytes, None, LIMITS)?;
         assert!(table.names().len() <= LIMITS.max_columns);
         let wanted: Vec<_> = (0..table.names().len()).map(|i| column(i, 1.0)).collect();
         let values = table.read(&wanted)?;

@@ -292,7 +292,7 @@ fn recording_as(rows: &[Row], columns: &[usize], read_as: &Columns) -> Recording
         let numbers: Vec<String> = columns.iter().map(|&c| format!("{:.6}", row[c])).collect();
         writeln!(text, "{}", numbers.join(",")).unwrap();
     }
-    let table = LogTable::from_bytes(text.as_slice(), LogLimits::default()).unwrap();
+    let table = LogTable::from_bytes(text.as_slice(), None, LogLimits::default()).unwrap();
     Recording::from_table(table, read_as).unwrap()
 }
 

@@ -193,6 +193,7 @@ sections![
     port,
     i2c,
     i2c_rate_hz,
+    stdin,
     baud,
     format,
     state_dir,

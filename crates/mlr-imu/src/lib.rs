@@ -1,6 +1,6 @@
 //! What an IMU says: on a serial line ([`frames`]) and in log files.
 //!
-//! Logs are CSV files, plain or gzipped, whose columns are found by name:
+//! Logs are CSV files, plain or gzipped, whose columns are found by name, bags of ROS 1 and MCAP:
 //!
 //! ```
 //! use std::io::Write;
@@ -37,8 +37,9 @@ mod terminal_text;
 
 pub use fusion::{CALIBRATION_S, Fusion, RawSeries, rest_bias_radps};
 pub use log::{
-    ColumnError, Columns, Correction, IN_BODY_AXES, LogColumn, LogError, LogLimits, LogProblem,
-    LogStream, LogTable, LogValues, read_log, write_log, write_log_to,
+    ColumnError, Columns, Correction, IN_BODY_AXES, ImuRows, LogColumn, LogError, LogFormat,
+    LogLimits, LogProblem, LogStream, LogTable, LogValues, McapBegin, McapStream, Place, Position,
+    SampleLines, mcap_library, read_log, write_log, write_log_to, write_recording,
 };
 pub use mounting::Mounting;
 pub use mpu6050::{MPU6050_ADDRESS, Mpu6050, Mpu6050Error};

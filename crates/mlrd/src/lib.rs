@@ -44,4 +44,4 @@ pub mod worker;
 
 pub use options::Options;
 pub use service::run;
-pub use settings::{FramingName, RecordSettings, Settings};
+pub use settings::{FramingName, RecordFormat, RecordSettings, Settings};

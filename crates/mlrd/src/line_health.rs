@@ -34,6 +34,13 @@ pub enum LineFault {
         /// What it is.
         found: Framing,
     },
+    /// Lines of text hold no samples.
+    NoSamples {
+        /// Bytes without a sample.
+        bytes: u64,
+        /// How long they took.
+        seconds: f64,
+    },
     /// No framing fits: a wrong speed, as a rule.
     Unintelligible {
         /// Bytes without a valid frame.
@@ -50,6 +57,12 @@ impl fmt::Display for LineFault {
                 let told = format!("{told:?}").to_lowercase();
                 write!(f, "the line carries {found} frames, expected {told}")
             }
+            Self::NoSamples { bytes, seconds } => write!(
+                f,
+                "{bytes} bytes in {seconds:.0} s and no sample: expected lines of numbers below a \
+                 line of names such as t_s,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps, or \
+                 JSON objects with these keys"
+            ),
             Self::Unintelligible { bytes, seconds } => write!(
                 f,
                 "{bytes} bytes in {seconds:.0} s and no valid frame: the speed of the port is wrong, \
@@ -98,15 +111,14 @@ impl LineHealth {
             return None;
         }
         trouble.complained = true;
+        let bytes = trouble.bytes;
         Some(match trouble.recognizer.framing() {
+            _ if self.told == FramingName::Lines => LineFault::NoSamples { bytes, seconds },
             Some(found) => LineFault::OtherFraming {
                 told: self.told,
                 found,
             },
-            None => LineFault::Unintelligible {
-                bytes: trouble.bytes,
-                seconds,
-            },
+            None => LineFault::Unintelligible { bytes, seconds },
         })
     }
 }
@@ -149,6 +161,13 @@ mod tests {
         let faults = hear_for_5_s(&mut health, &[0xf0, 0x1f, 0x80, 0x7e], 0);
         assert!(matches!(faults[..], [LineFault::Unintelligible { .. }]));
         assert!(faults[0].to_string().contains("speed"));
+    }
+
+    #[test]
+    fn text_without_samples_is_told_what_was_expected() {
+        let mut health = LineHealth::new(FramingName::Lines, FullScale::default());
+        let faults = hear_for_5_s(&mut health, b"1.0,2.0,3.0,4.0\n", 0);
+        assert!(faults[0].to_string().contains("t_s,ax_mps2"));
     }
 
     #[test]

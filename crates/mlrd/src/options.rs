@@ -15,12 +15,17 @@ use crate::{FramingName, Settings};
 #[command(name = "mlrd", version, max_term_width = 100)]
 pub struct Options {
     /// Serial port of the IMU, as in /dev/ttyTHS1.
-    #[arg(long, value_name = "DEVICE", conflicts_with = "i2c",
+    #[arg(long, value_name = "DEVICE", conflicts_with_all = ["i2c", "stdin"],
           value_parser = NonEmptyStringValueParser::new())]
     port: Option<String>,
     /// I²C bus of an MPU6050, as in /dev/i2c-1, instead of a port.
-    #[arg(long, value_name = "BUS")]
+    #[arg(long, value_name = "BUS", conflicts_with = "stdin")]
     i2c: Option<PathBuf>,
+    /// Samples that another program hands on, instead of a port: lines of CSV below a line with
+    /// the names of the columns, as in a log, or JSON objects with these names. Its end is the
+    /// daemon's.
+    #[arg(long)]
+    stdin: bool,
     /// Speed of the port [default: 115200].
     #[arg(long, value_name = "BAUD", allow_negative_numbers = true)]
     baud: Option<u32>,
@@ -85,7 +90,8 @@ impl Options {
             },
         };
         // A source on the command line replaces the file's, of whichever kind.
-        if self.port.is_some() || self.i2c.is_some() {
+        if self.port.is_some() || self.i2c.is_some() || self.stdin {
+            settings.stdin = self.stdin;
             settings.port.clone_from(&self.port);
             settings.i2c.clone_from(&self.i2c);
         }

@@ -4,28 +4,37 @@ use std::{
     fs::{self, File},
     io::{self, BufRead, BufReader, BufWriter, Read, Write},
     path::{Path, PathBuf},
-    time::SystemTime,
+    time::{SystemTime, UNIX_EPOCH},
 };
 
-use mlr_imu::{IN_BODY_AXES, LogStream};
+use mlr_imu::{IN_BODY_AXES, LogStream, McapBegin, McapStream, mcap_library};
 
-use crate::{sensor::Reading, settings::RecordSettings};
+use crate::{
+    sensor::Reading,
+    settings::{RecordFormat, RecordSettings},
+};
 
-/// Writes readings to CSV files, `walk-TIME.csv`, that `mlr-ga` reads.
+/// Writes readings to files, `walk-TIME.csv` or `.mcap`, that `mlr-ga` reads.
 ///
 /// A file that is full is closed and the next one begun; when all of them
 /// together would grow beyond their bound, the oldest are removed. Only files of exactly
-/// this name whose first line says that mlrd wrote them count and are ever removed.
+/// this name that say at their beginning that mlrd wrote them count and are ever removed.
 pub struct Recorder {
     dir: PathBuf,
+    format: RecordFormat,
     file_bytes: u64,
     total_bytes: u64,
     current: Option<Recording>,
 }
 
 struct Recording {
-    log: LogStream<Counted<BufWriter<File>>>,
+    log: Log,
     path: PathBuf,
+}
+
+enum Log {
+    Csv(LogStream<Counted<BufWriter<File>>>),
+    Mcap(Box<McapStream<BufWriter<File>>>),
 }
 
 /// What became of recordings, for people to know.
@@ -38,8 +47,10 @@ pub enum RecordingNotice {
 }
 
 const PREFIX: &str = "walk-";
-const SUFFIX: &str = ".csv";
-/// The first line of a recording, around the version that wrote it. Whoever reads logs
+const SUFFIXES: [&str; 2] = [".csv", ".mcap"];
+/// What wrote a recording, before the version.
+const WRITER: &str = "mlrd ";
+/// The first line of a table, around the version that wrote it. Whoever reads logs
 /// skips it.
 const MARK: (&str, &str) = ("# mlrd ", IN_BODY_AXES);
 /// The first line is no longer than this, whatever the version.
@@ -51,6 +62,7 @@ impl Recorder {
         let bytes = |megabytes: f64| (megabytes * 1e6) as u64;
         Some(Self {
             dir: settings.dir.clone()?,
+            format: settings.format,
             file_bytes: bytes(settings.file_mb),
             total_bytes: bytes(settings.total_mb),
             current: None,
@@ -69,16 +81,13 @@ impl Recorder {
         let mut notices = Vec::new();
         let mut recording = match self.current.take() {
             Some(recording) => recording,
-            None => self.begin(now, &mut notices)?,
+            None => self.begin(now, reading.attitude.time_s, &mut notices)?,
         };
-        let attitude = reading.attitude;
-        recording
-            .log
-            .write(attitude.time_s, &attitude.angles_rad, &reading.sample)?;
-        if recording.log.get_ref().bytes < self.file_bytes {
+        recording.log.write(reading)?;
+        if recording.log.bytes() < self.file_bytes {
             self.current = Some(recording);
         } else {
-            recording.log.flush()?;
+            recording.log.finish()?;
         }
         Ok(notices)
     }
@@ -98,21 +107,42 @@ impl Recorder {
         self.current.as_ref().map(|recording| &*recording.path)
     }
 
-    fn begin(&self, now: SystemTime, notices: &mut Vec<RecordingNotice>) -> io::Result<Recording> {
+    /// Begins a file at a time of the clock on the wall and of the log.
+    fn begin(
+        &self,
+        now: SystemTime,
+        time_s: f64,
+        notices: &mut Vec<RecordingNotice>,
+    ) -> io::Result<Recording> {
         fs::create_dir_all(&self.dir)?;
         self.make_room(notices)?;
-        let path = self.dir.join(file_name(now));
-        let file = File::create_new(&path)?;
+        let path = self.dir.join(file_name(now, self.format));
+        let file = BufWriter::new(File::create_new(&path)?);
         notices.push(RecordingNotice::Begun(path.clone()));
-        let mut text = Counted::new(BufWriter::new(file));
-        let (before, after) = MARK;
-        writeln!(text, "{before}{}{after}", env!("CARGO_PKG_VERSION"))?;
+        let mut log = match self.format {
+            RecordFormat::Csv => {
+                let mut text = Counted::new(file);
+                let (before, after) = MARK;
+                writeln!(text, "{before}{}{after}", env!("CARGO_PKG_VERSION"))?;
+                Log::Csv(LogStream::new(text))
+            }
+            RecordFormat::Mcap => {
+                let since_1970 = now.duration_since(UNIX_EPOCH).unwrap_or_default();
+                let now_ns = i64::try_from(since_1970.as_nanos()).unwrap_or_default();
+                let begin = McapBegin {
+                    library: &format!("{WRITER}{}", env!("CARGO_PKG_VERSION")),
+                    begin_ns: now_ns.saturating_sub((time_s * 1e9) as i64),
+                    in_body_axes: true,
+                    has_orientations: true,
+                    // What power cuts short has no index, and nothing else is missing.
+                    chunked: false,
+                };
+                Log::Mcap(Box::new(McapStream::new(file, &begin)?))
+            }
+        };
         // A recording that power cuts short must be known as one.
-        text.flush()?;
-        Ok(Recording {
-            log: LogStream::new(text),
-            path,
-        })
+        log.flush()?;
+        Ok(Recording { log, path })
     }
 
     /// Removes the oldest recordings until there is room for one more.
@@ -139,28 +169,76 @@ impl Recorder {
     }
 }
 
+impl Drop for Recording {
+    fn drop(&mut self) {
+        // Without its end a recording is read as well.
+        let _ = self.log.finish();
+    }
+}
+
+impl Log {
+    fn write(&mut self, reading: &Reading) -> io::Result<()> {
+        let (attitude, sample) = (&reading.attitude, &reading.sample);
+        let angles_rad = &attitude.angles_rad;
+        match self {
+            Self::Csv(log) => log.write(attitude.time_s, angles_rad, sample),
+            Self::Mcap(log) => log.write(attitude.time_s, Some(angles_rad), sample),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Csv(log) => log.get_ref().bytes,
+            Self::Mcap(log) => log.bytes(),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Csv(log) => log.flush(),
+            Self::Mcap(log) => log.flush(),
+        }
+    }
+
+    /// Writes the end of the file.
+    fn finish(&mut self) -> io::Result<()> {
+        match self {
+            Self::Csv(log) => log.flush(),
+            Self::Mcap(log) => log.finish(),
+        }
+    }
+}
+
 /// The name of a recording that begins at this time. Names sort by time; a colon is no good
 /// in file names elsewhere.
-fn file_name(time: SystemTime) -> String {
+fn file_name(time: SystemTime, format: RecordFormat) -> String {
     let time = humantime::format_rfc3339_millis(time).to_string();
-    format!("{PREFIX}{}{SUFFIX}", time.replace(':', ""))
+    let [csv, mcap] = SUFFIXES;
+    let suffix = match format {
+        RecordFormat::Csv => csv,
+        RecordFormat::Mcap => mcap,
+    };
+    format!("{PREFIX}{}{suffix}", time.replace(':', ""))
 }
 
 /// Whether this is the name of a recording, to the letter.
 fn is_file_name(name: &str) -> bool {
-    let time = name
-        .strip_prefix(PREFIX)
-        .and_then(|rest| rest.strip_suffix(SUFFIX))
-        .and_then(|time| {
-            let (date, clock) = time.split_once('T')?;
-            let (hours, rest) = clock.split_at_checked(2)?;
-            let (minutes, seconds) = rest.split_at_checked(2)?;
-            humantime::parse_rfc3339(&format!("{date}T{hours}:{minutes}:{seconds}")).ok()
-        });
-    time.is_some_and(|time| file_name(time) == name)
+    let formats = [RecordFormat::Csv, RecordFormat::Mcap];
+    formats.into_iter().zip(SUFFIXES).any(|(format, suffix)| {
+        let time = name
+            .strip_prefix(PREFIX)
+            .and_then(|rest| rest.strip_suffix(suffix))
+            .and_then(|time| {
+                let (date, clock) = time.split_once('T')?;
+                let (hours, rest) = clock.split_at_checked(2)?;
+                let (minutes, seconds) = rest.split_at_checked(2)?;
+                humantime::parse_rfc3339(&format!("{date}T{hours}:{minutes}:{seconds}")).ok()
+            });
+        time.is_some_and(|time| file_name(time, format) == name)
+    })
 }
 
-/// Whether the first line says that mlrd wrote the file. One that cannot be read is
+/// Whether the beginning of a file says that mlrd wrote it. One that cannot be read is
 /// somebody else's.
 fn is_marked(path: &Path) -> bool {
     let first_line = || -> io::Result<String> {
@@ -169,12 +247,14 @@ fn is_marked(path: &Path) -> bool {
         Ok(line)
     };
     let (before, after) = MARK;
-    first_line().is_ok_and(|line| {
+    let is_our_table = first_line().is_ok_and(|line| {
         line.starts_with(before)
             && line
                 .strip_suffix('\n')
                 .is_some_and(|line| line.ends_with(after))
-    })
+    });
+    let library = || File::open(path).ok().and_then(mcap_library);
+    is_our_table || library().is_some_and(|library| library.starts_with(WRITER))
 }
 
 /// Counts the bytes on their way.
@@ -229,6 +309,7 @@ mod tests {
     fn recorder(dir: &Path, file_mb: f64, total_mb: f64) -> Recorder {
         Recorder::new(&RecordSettings {
             dir: Some(dir.into()),
+            format: RecordFormat::Csv,
             file_mb,
             total_mb,
         })
@@ -282,15 +363,15 @@ mod tests {
             ("walk-mine.csv".to_string(), &marked),
             ("walk-1970-01-01T000000Z.csv".to_string(), &marked),
             ("walk-1970-01-01T000000.000Z.csv.csv".to_string(), &marked),
-            (file_name(time(0)), &unmarked),
+            (file_name(time(0), RecordFormat::Csv), &unmarked),
             ("mine.csv".to_string(), &unmarked),
         ];
         for (name, text) in &theirs {
             fs::write(at(name), text).unwrap();
         }
-        let ours = at(&file_name(time(1)));
+        let ours = at(&file_name(time(1), RecordFormat::Csv));
         fs::write(&ours, &marked).unwrap();
-        fs::create_dir(at(&file_name(time(2)))).unwrap();
+        fs::create_dir(at(&file_name(time(2), RecordFormat::Csv))).unwrap();
 
         let mut recorder = recorder(folder.path(), 0.01, 0.02);
         let mut removed = Vec::new();
@@ -327,6 +408,53 @@ mod tests {
             env!("CARGO_PKG_VERSION")
         );
         assert_eq!(text.lines().next(), Some(&*expected));
+    }
+
+    #[test]
+    fn a_recording_as_mcap_outlives_a_power_cut() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut recorder = Recorder::new(&RecordSettings {
+            dir: Some(folder.path().into()),
+            format: RecordFormat::Mcap,
+            file_mb: 0.1,
+            total_mb: 0.25,
+        })
+        .unwrap();
+        let begin = SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000);
+        let (mut begun, mut removed) = (Vec::new(), Vec::new());
+        for i in 0..1000_u32 {
+            let reading = reading(5.0 + f64::from(i) * 1e-3);
+            let now = begin + Duration::from_millis(i.into());
+            for notice in recorder.record(now, &reading).unwrap() {
+                match notice {
+                    RecordingNotice::Begun(path) => begun.push(path),
+                    RecordingNotice::Removed(path) => removed.push(path),
+                }
+            }
+        }
+        assert!(begun.len() > 2 && !removed.is_empty());
+        assert_eq!(removed[0], begun[0]);
+        assert!(begun[0].ends_with("walk-2023-11-14T221320.000Z.mcap"));
+        // One that is full has its end.
+        let full = read_log(&begun[begun.len() - 2], &Columns::default()).unwrap();
+        assert!(
+            full.in_body_axes && full.notes.is_empty(),
+            "{:?}",
+            full.notes
+        );
+
+        recorder.flush().unwrap();
+        let whole = fs::read(recorder.path().unwrap()).unwrap();
+        let cut = folder.path().join("cut.mcap");
+        fs::write(&cut, &whole[..whole.len() - 100]).unwrap();
+        let rows = |path: &Path| {
+            let recording = read_log(path, &Columns::default()).unwrap();
+            assert!(
+                recording.notes[0].contains("missing") || recording.notes[0].contains("cut off")
+            );
+            recording.orientation.len()
+        };
+        assert_eq!(rows(&cut) + 1, rows(recorder.path().unwrap()));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! From bytes to orientation over time.
 
 use mlr_imu::{
-    ImuSample, Mounting, SampleClock,
+    ImuSample, Mounting, SampleClock, SampleLines,
     frames::{Counts, Decode, Mlr, Recognizer, Teapot, Witmotion},
 };
 use nalgebra::Vector3;
@@ -182,6 +182,7 @@ fn decoder(framing: FramingName, settings: &Settings) -> Box<dyn Decode + Send> 
         FramingName::Teapot => Box::<Teapot>::default(),
         FramingName::Witmotion => Box::<Witmotion>::default(),
         FramingName::Mlr => Box::new(Mlr::new(settings.full_scale)),
+        FramingName::Lines => Box::<SampleLines>::default(),
     }
 }
 

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     learning::LearningSettings,
-    source::{I2cBus, SerialLine, Source},
+    source::{I2cBus, SerialLine, Source, StandardInput},
 };
 
 /// The daemon's settings, as in `/etc/mlrd.toml`.
@@ -33,10 +33,12 @@ use crate::{
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Serial port of the IMU, as in /dev/ttyTHS1. Either this or `i2c`.
+    /// Serial port of the IMU, as in /dev/ttyTHS1. Either this or `i2c` or `stdin`.
     pub port: Option<String>,
     /// I²C bus of the MPU6050, as in /dev/i2c-1.
     pub i2c: Option<PathBuf>,
+    /// Whether another program hands on samples as lines of text.
+    pub stdin: bool,
     /// How often the MPU6050 on the I²C bus is read.
     pub i2c_rate_hz: f64,
     /// Speed of the port.
@@ -85,6 +87,8 @@ pub struct Settings {
 pub struct RecordSettings {
     /// Directory for the recordings; none are made without one.
     pub dir: Option<PathBuf>,
+    /// How they are written.
+    pub format: RecordFormat,
     /// A recording that has reached this size is closed and the next one begun.
     pub file_mb: f64,
     /// All recordings in the directory together stay below this size: the oldest
@@ -92,10 +96,21 @@ pub struct RecordSettings {
     pub total_mb: f64,
 }
 
+/// How recordings are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RecordFormat {
+    /// Text.
+    Csv,
+    /// MCAP with `sensor_msgs/msg/Imu` of ROS 2, four times as large.
+    Mcap,
+}
+
 impl Default for RecordSettings {
     fn default() -> Self {
         Self {
             dir: None,
+            format: RecordFormat::Csv,
             file_mb: 32.0,
             total_mb: 512.0,
         }
@@ -126,6 +141,10 @@ pub enum FramingName {
     Witmotion,
     /// A bridge of one's own.
     Mlr,
+    /// Lines of text, on standard input only.
+    #[serde(skip)]
+    #[value(skip)]
+    Lines,
 }
 
 impl Default for Settings {
@@ -133,6 +152,7 @@ impl Default for Settings {
         Self {
             port: None,
             i2c: None,
+            stdin: false,
             i2c_rate_hz: 200.0,
             baud: 115_200,
             format: FramingName::Auto,
@@ -253,24 +273,27 @@ impl Settings {
 
     /// Where the bytes come from.
     pub(crate) fn source(&self) -> anyhow::Result<Box<dyn Source>> {
-        match (&self.port, &self.i2c) {
-            (Some(device), None) => Ok(Box::new(SerialLine {
+        match (&self.port, &self.i2c, self.stdin) {
+            (Some(device), None, false) => Ok(Box::new(SerialLine {
                 device: device.clone(),
                 baud: self.baud,
             })),
-            (None, Some(device)) => Ok(Box::new(I2cBus {
+            (None, Some(device), false) => Ok(Box::new(I2cBus {
                 device: device.clone(),
                 rate_hz: self.i2c_rate_hz,
                 scale: self.full_scale,
             })),
-            (None, None) => bail!("no sensor: expected port or i2c"),
-            (Some(_), Some(_)) => bail!("both port and i2c are given, expected one of them"),
+            (None, None, true) => Ok(Box::new(StandardInput)),
+            (None, None, false) => bail!("no sensor: expected port, i2c or stdin"),
+            _ => bail!("more than one of port, i2c and stdin is given, expected one of them"),
         }
     }
 
     /// The framing that the source speaks.
     pub(crate) fn framing(&self) -> FramingName {
-        if self.i2c.is_some() {
+        if self.stdin {
+            FramingName::Lines
+        } else if self.i2c.is_some() {
             FramingName::Mlr
         } else {
             self.format

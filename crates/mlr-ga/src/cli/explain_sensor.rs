@@ -11,7 +11,7 @@ use mlr_residual::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{log_file::LimitOptions, output};
+use super::{log_file::TableOptions, output};
 
 /// Version of the JSON output.
 const SCHEMA: &str = "mlr.sensor_explanation/1";
@@ -49,7 +49,7 @@ pub(super) struct ExplainSensorOptions {
     #[arg(long, value_name = "FILE")]
     apply: Option<PathBuf>,
     #[command(flatten)]
-    limits: LimitOptions,
+    table: TableOptions,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -88,7 +88,7 @@ pub(super) fn run(options: &ExplainSensorOptions) -> anyhow::Result<()> {
         signals,
         angle_deg,
         notes,
-    } = options.limits.read(&options.log, read)?;
+    } = options.table.read(&options.log, read)?;
     for note in &notes {
         output::warning(note);
     }

@@ -15,7 +15,7 @@ use mlr_residual::servo::{
 use serde::Serialize;
 
 use super::{
-    log_file::LimitOptions,
+    log_file::TableOptions,
     output::{self, ResultFile},
     plot,
     progress::Bar,
@@ -52,7 +52,7 @@ pub(super) struct ExplainServoOptions {
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     #[command(flatten)]
-    limits: LimitOptions,
+    table: TableOptions,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -134,7 +134,7 @@ impl ExplainServoOptions {
         let each = paths.iter().map(|path| {
             let name = path.display().to_string();
             let recording = self
-                .limits
+                .table
                 .read(path, |table| ServoRecording::from_table(name, table))?;
             Ok(recording)
         });

@@ -18,8 +18,9 @@ const STDIN: &str = "-";
 pub(super) struct LogFile {
     /// The log: .csv or .csv.gz with the columns t_s and either roll_rad, pitch_rad, yaw_rad, or a
     /// quaternion qw, qx, qy, qz, or raw samples ax_mps2, ay_mps2, az_mps2, gx_radps, gy_radps,
-    /// gz_radps, which are then fused. Fields may be separated by commas, semicolons, tabs or
-    /// spaces; times may be numbers or dates. - reads standard input.
+    /// gz_radps, which are then fused; or a ROS 1 .bag or an .mcap with sensor_msgs/Imu. Fields of
+    /// a table may be separated by commas, semicolons, tabs or spaces; times may be numbers or
+    /// dates. - reads standard input.
     log: PathBuf,
     #[command(flatten)]
     read: ReadOptions,
@@ -30,8 +31,9 @@ pub(super) struct LogFile {
 pub(super) struct LogFiles {
     /// The logs of one robot: .csv or .csv.gz with the columns t_s and either roll_rad, pitch_rad,
     /// yaw_rad, or a quaternion qw, qx, qy, qz, or raw samples ax_mps2, ay_mps2, az_mps2, gx_radps,
-    /// gy_radps, gz_radps, which are then fused. Fields may be separated by commas, semicolons, tabs
-    /// or spaces; times may be numbers or dates. - reads standard input.
+    /// gy_radps, gz_radps, which are then fused; or ROS 1 .bag and .mcap with sensor_msgs/Imu.
+    /// Fields of a table may be separated by commas, semicolons, tabs or spaces; times may be
+    /// numbers or dates. - reads standard input.
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -47,18 +49,21 @@ pub(super) struct ReadOptions {
     #[arg(long, value_name = "MAPPING")]
     column: Vec<String>,
     #[command(flatten)]
-    limits: LimitOptions,
+    table: TableOptions,
 }
 
-/// How much of a log is read.
+/// Which table of a file is read, and how much of it.
 #[derive(Debug, Clone, Args)]
-pub(super) struct LimitOptions {
+pub(super) struct TableOptions {
+    /// The topic of a bag or an MCAP file; needed where several hold sensor_msgs/Imu.
+    #[arg(long, value_name = "NAME")]
+    topic: Option<String>,
     /// The most rows that are read of a log; a longer one is refused.
     #[arg(long, value_name = "N", default_value_t = LogLimits::default().max_rows)]
     max_rows: u64,
 }
 
-impl LimitOptions {
+impl TableOptions {
     /// Opens a log, or standard input for `-`, and reads it.
     pub(super) fn read<T>(
         &self,
@@ -69,10 +74,11 @@ impl LimitOptions {
             max_rows: self.max_rows,
             ..LogLimits::default()
         };
+        let topic = self.topic.as_deref();
         let table = if path.as_os_str() == STDIN {
-            LogTable::from_bytes(io::stdin(), limits)
+            LogTable::from_bytes(io::stdin(), topic, limits)
         } else {
-            LogTable::open(path, limits)
+            LogTable::open(path, topic, limits)
         };
         table.and_then(read).map_err(|problem| LogError {
             path: path.into(),
@@ -88,6 +94,16 @@ impl LogFile {
 
     pub(super) fn read(&self) -> anyhow::Result<Recording> {
         self.read.recording(&self.log)
+    }
+
+    /// Has the log's table read with the columns that were mapped.
+    pub(super) fn read_table<T>(
+        &self,
+        read: impl FnOnce(LogTable<Box<dyn Read>>, &Columns) -> Result<T, LogProblem>,
+    ) -> anyhow::Result<T> {
+        let columns = self.read.columns()?;
+        let read = |table| read(table, &columns);
+        Ok(self.read.table.read(&self.log, read)?)
     }
 
     /// Names the log in an error that is the log's fault.
@@ -159,7 +175,7 @@ impl ReadOptions {
     pub(super) fn recording(&self, log: &Path) -> anyhow::Result<Recording> {
         let columns = self.columns()?;
         let read = |table| Recording::from_table(table, &columns);
-        Ok(self.limits.read(log, read)?)
+        Ok(self.table.read(log, read)?)
     }
 
     fn columns(&self) -> anyhow::Result<Columns> {

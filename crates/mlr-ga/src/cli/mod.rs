@@ -4,6 +4,7 @@ mod atlas;
 mod atlas_files;
 mod calibrate;
 mod compare;
+mod convert;
 mod detect;
 mod effects_tables;
 mod evaluate;
@@ -105,6 +106,11 @@ enum Command {
     ///
     /// What was left out, what had to be assumed, and how far the feet are off is said.
     Import(import::ImportRobotOptions),
+    /// Writes LOG in another format: .csv, .csv.gz, or .mcap with sensor_msgs/msg/Imu of ROS 2.
+    ///
+    /// What the sensor recorded stays as it is: nothing is fused, turned or left out of the time. What
+    /// the other format cannot hold is said. Bags of ROS 1 are only read.
+    Convert(convert::ConvertOptions),
     /// Simulates walks beforehand, for instant answers.
     Atlas(atlas::AtlasOptions),
     /// Scores answers on directories of logs against what was done to the robots.
@@ -151,6 +157,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Simulate(options) => simulate::run(options),
         Command::Export(options) => export::run(options),
         Command::Import(options) => import::run(options),
+        Command::Convert(options) => convert::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
         Command::EvaluateEffects(options) => evaluate_effects::run(options),

@@ -18,5 +18,6 @@ mod paper_method;
 mod probe;
 mod program;
 mod recover;
+mod ros_files;
 mod round_trip;
 mod several_logs;

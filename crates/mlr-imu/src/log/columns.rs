@@ -188,6 +188,13 @@ impl Columns {
         }))
     }
 
+    /// Whether a column of this name is one of these.
+    pub fn has(&self, name: &str) -> bool {
+        let folded = name.to_lowercase();
+        self.all()
+            .any(|column| column.name.to_lowercase() == folded)
+    }
+
     pub(super) fn all(&self) -> impl Iterator<Item = &Column> {
         std::iter::once(&self.time)
             .chain(&self.angles)

@@ -1,6 +1,8 @@
-use std::{io, path::PathBuf};
+use std::{fmt, io, path::PathBuf, sync::Arc};
 
 use thiserror::Error;
+
+use super::excerpt::shortened;
 
 /// A log that cannot be read or written: which file, and what is wrong with it.
 #[derive(Debug, Error)]
@@ -12,6 +14,46 @@ pub struct LogError {
     pub problem: LogProblem,
 }
 
+/// Where in a log something is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// A line of a text, from 1.
+    Line(u64),
+    /// A topic of a bag or an MCAP file.
+    Topic(Arc<str>),
+    /// One of its messages, from 1.
+    Message(Arc<str>, u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Topic(topic) => write!(f, "topic {}", shortened(topic)),
+            Self::Message(topic, number) => write!(f, "message {number} of {}", shortened(topic)),
+        }
+    }
+}
+
+/// A place among the bytes of a bag or an MCAP file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Position {
+    /// From the beginning of the file, or of what a chunk contains.
+    pub byte: u64,
+    /// Where in the file that chunk begins.
+    pub chunk: Option<u64>,
+}
+
+impl fmt::Display for Position {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "byte {}", self.byte)?;
+        match self.chunk {
+            Some(chunk) => write!(f, " of the chunk at byte {chunk}"),
+            None => Ok(()),
+        }
+    }
+}
+
 /// What is wrong with a log.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -20,7 +62,9 @@ pub enum LogProblem {
     #[error("{0}")]
     Io(io::Error),
     /// A directory has the name of the log.
-    #[error("is a directory, expected a .csv or .csv.gz file")]
+    #[error(
+        "is a directory, expected a file: .csv, .csv.gz, .bag or .mcap (of a ROS 2 bag the .mcap inside it)"
+    )]
     Directory,
     /// A file of that name is already there.
     #[error("already exists and is not overwritten")]
@@ -40,10 +84,10 @@ pub enum LogProblem {
     #[error("has a header but no samples")]
     NoSamples,
     /// A column is not there.
-    #[error("line {line}: no column {column:?}, found {found}{hint}")]
+    #[error("{place}: no column {column:?}, found {found}{hint}")]
     MissingColumn {
-        /// Line of the header.
-        line: u64,
+        /// The header.
+        place: Place,
         /// The name looked for.
         column: String,
         /// The names that are there.
@@ -52,10 +96,10 @@ pub enum LogProblem {
         hint: String,
     },
     /// A column's name is there twice.
-    #[error("line {line}: column {column:?} appears more than once (capitals make no difference)")]
+    #[error("{place}: column {column:?} appears more than once (capitals make no difference)")]
     AmbiguousColumn {
-        /// Line of the header.
-        line: u64,
+        /// The header.
+        place: Place,
         /// The name.
         column: String,
     },
@@ -70,10 +114,10 @@ pub enum LogProblem {
         expected: u64,
     },
     /// A field is not a finite number.
-    #[error("line {line}, column {column:?}: {text:?} is not a finite number")]
+    #[error("{place}, column {column:?}: {text:?} is not a finite number")]
     NotANumber {
-        /// Line in the file, from 1.
-        line: u64,
+        /// The row.
+        place: Place,
         /// Name of the column.
         column: String,
         /// What is there.
@@ -103,12 +147,12 @@ pub enum LogProblem {
     },
     /// Four numbers that are no orientation.
     #[error(
-        "line {line}: the quaternion of columns {columns} has the norm {norm:.3}, expected 1 \
+        "{place}: the quaternion of columns {columns} has the norm {norm:.3}, expected 1 \
          within 2 %"
     )]
     NotUnitQuaternion {
-        /// Line in the file, from 1.
-        line: u64,
+        /// The row.
+        place: Place,
         /// The names of the columns.
         columns: String,
         /// What was found.
@@ -138,12 +182,12 @@ pub enum LogProblem {
     },
     /// A log that is too long.
     #[error(
-        "line {line}: has more than {max_rows} rows, the most that are read; keep only the stretch \
+        "{place}: has more than {max_rows} rows, the most that are read; keep only the stretch \
          around the walk, or allow more with --max-rows"
     )]
     TooManyRows {
-        /// Line of the first row too many, from 1.
-        line: u64,
+        /// The first row too many.
+        place: Place,
         /// The limit.
         max_rows: u64,
     },
@@ -157,5 +201,41 @@ pub enum LogProblem {
         line: u64,
         /// The limit.
         max_bytes: u64,
+    },
+    /// A bag or an MCAP file that is cut, damaged or larger than what is read.
+    #[error("{position}: {what}")]
+    Container {
+        /// Where.
+        position: Position,
+        /// What is wrong there.
+        what: String,
+    },
+    /// A file of a format that is known and not read.
+    #[error("{0}")]
+    OtherFormat(&'static str),
+    /// A name that does not say in which format a log is to be written.
+    #[error("expected a name that ends in .csv, .csv.gz or .mcap; bags are only read")]
+    UnknownFormat,
+    /// No messages of the right type.
+    #[error("has no messages of sensor_msgs/Imu, found {found}")]
+    NoImuTopic {
+        /// The topics that are there, with their types.
+        found: String,
+    },
+    /// Several topics that may be meant.
+    #[error("has several topics of sensor_msgs/Imu: {found}; choose one with --topic NAME")]
+    SeveralTopics {
+        /// The topics, with their numbers of messages.
+        found: String,
+    },
+    /// The topic asked for cannot be read.
+    #[error("topic {topic:?} {what}; topics of sensor_msgs/Imu: {found}")]
+    Topic {
+        /// The topic asked for.
+        topic: String,
+        /// Why not.
+        what: String,
+        /// Those that could be.
+        found: String,
     },
 }

@@ -33,7 +33,7 @@ pub(super) struct Line<'a> {
 impl<R: Read> Lines<R> {
     pub(super) fn new(text: R, limits: LogLimits) -> Result<Self, LogProblem> {
         let mut text = BufReader::new(text);
-        let start = text.fill_buf().map_err(|error| problem(error, 1))?;
+        let start = text.fill_buf().map_err(|error| unreadable(error, 1))?;
         let returns_only = start.contains(&b'\r') && !start.contains(&b'\n');
         Ok(Self {
             text,
@@ -62,7 +62,7 @@ impl<R: Read> Lines<R> {
         let read = (&mut self.text)
             .take(most)
             .read_until(self.end, &mut self.line)
-            .map_err(|error| problem(error, number))?;
+            .map_err(|error| unreadable(error, number))?;
         if read == 0 {
             return Ok(None);
         }
@@ -97,7 +97,7 @@ impl<R: Read> Lines<R> {
 }
 
 /// What a failure to read the given line means.
-fn problem(source: io::Error, line: u64) -> LogProblem {
+pub(super) fn unreadable(source: io::Error, line: u64) -> LogProblem {
     match source.kind() {
         // What the gzip decoder reports for data cut short or damaged.
         io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => {

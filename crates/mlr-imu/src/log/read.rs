@@ -20,7 +20,7 @@ const MAX_MISSING_RAW_SHARE: f64 = 0.01;
 /// [`LogError`] naming file and, where it applies, line and column.
 pub fn read_log(path: impl AsRef<Path>, columns: &Columns) -> Result<Recording, LogError> {
     let path = path.as_ref();
-    LogTable::open(path, LogLimits::default())
+    LogTable::open(path, None, LogLimits::default())
         .and_then(|table| Recording::from_table(table, columns))
         .map_err(|problem| LogError {
             path: path.into(),
@@ -73,11 +73,11 @@ impl Recording {
         }
         let mut notes = notes_on_mapped(&table, columns);
         let norm_is_checked = source == Source::Quaternion;
-        let read = table.read_checked(&wanted, |line, row| match *row {
+        let read = table.read_checked(&wanted, |place, row| match *row {
             [_, w, x, y, z, ..] if norm_is_checked => match angles::wrong_norm([w, x, y, z]) {
                 None => Ok(()),
                 Some(norm) => Err(LogProblem::NotUnitQuaternion {
-                    line,
+                    place: place.clone(),
                     columns: names(&columns.quaternion),
                     norm,
                 }),
@@ -174,14 +174,14 @@ fn names(columns: &[Column]) -> String {
 fn with_hint(problem: LogProblem, columns: &Columns, names: &[String]) -> LogProblem {
     match problem {
         LogProblem::MissingColumn {
-            line,
+            place,
             column,
             found,
             hint: near,
         } => {
             let mapping = suggestion::hint(columns, names);
             LogProblem::MissingColumn {
-                line,
+                place,
                 column,
                 found,
                 hint: if mapping.is_empty() { near } else { mapping },

@@ -1,6 +1,6 @@
 //! Rows that cannot be read and are left out, as long as they are few.
 
-use super::{LogLimits, LogProblem};
+use super::{LogLimits, LogProblem, Place};
 
 /// Counts the rows of a log and what is wrong with those that cannot be read.
 #[derive(Debug)]
@@ -24,15 +24,15 @@ impl SkippedRows {
         }
     }
 
-    /// Counts a row at this line.
+    /// Counts a row.
     ///
     /// # Errors
     /// [`LogProblem::TooManyRows`].
-    pub(super) fn begin_row(&mut self, line: u64) -> Result<(), LogProblem> {
+    pub(super) fn begin_row(&mut self, place: &Place) -> Result<(), LogProblem> {
         self.rows += 1;
         if self.rows > self.limits.max_rows {
             return Err(LogProblem::TooManyRows {
-                line,
+                place: place.clone(),
                 max_rows: self.limits.max_rows,
             });
         }
@@ -89,7 +89,7 @@ mod tests {
     fn read(rows: u64, unreadable: &[u64]) -> Result<Option<String>, LogProblem> {
         let mut tally = SkippedRows::new(LogLimits::default());
         for line in 1..=rows {
-            tally.begin_row(line)?;
+            tally.begin_row(&Place::Line(line))?;
             if unreadable.contains(&line) {
                 tally.skip(LogProblem::NotText { line })?;
             } else {

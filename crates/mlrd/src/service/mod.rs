@@ -46,7 +46,7 @@ const LAST_LINES: Duration = Duration::from_millis(250);
 /// Change of the gyroscope's bias that is worth writing down.
 const BIAS_CHANGE_RADPS: f64 = 0.002;
 
-/// Runs until SIGTERM, SIGINT or SIGHUP.
+/// Runs until SIGTERM, SIGINT or SIGHUP, or until standard input ends that is read.
 pub fn run(options: &Options) -> ExitCode {
     let Ok(messages) = Messages::to_stderr() else {
         return ExitCode::FAILURE;
@@ -169,6 +169,11 @@ impl Service {
             }
             SourceMessage::Lost(reason) => self.tell(Kind::PortLost { reason }),
             SourceMessage::Bytes(arrived, bytes) => self.take(arrived, &bytes),
+            SourceMessage::Ended => {
+                // The last line may have no end of its own.
+                self.take(Instant::now(), b"\n");
+                self.stop.store(true, Ordering::Relaxed);
+            }
         }
     }
 

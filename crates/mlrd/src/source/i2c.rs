@@ -9,7 +9,7 @@ use embedded_hal::i2c::I2c;
 use linux_embedded_hal::I2cdev;
 use mlr_imu::{FullScale, MPU6050_ADDRESS, Mpu6050, frames::encode_mlr};
 
-use super::{Reading, Source};
+use super::{Loss, Reading, Source};
 
 /// An MPU6050 on an I²C bus of this computer, as the vendor wires it.
 ///
@@ -67,13 +67,14 @@ impl<Bus: I2c> Polled<Bus> {
 }
 
 impl<Bus: I2c> Reading for Polled<Bus> {
-    fn read(&mut self) -> Result<Vec<u8>, String> {
+    fn read(&mut self) -> Result<Vec<u8>, Loss> {
         let end = Instant::now() + GATHER;
         let mut frames = Vec::new();
         loop {
             thread::sleep(self.next.saturating_duration_since(Instant::now()));
             let taken = Instant::now();
-            let burst = self.chip.burst().map_err(|error| error.to_string())?;
+            let burst = self.chip.burst();
+            let burst = burst.map_err(|error| Loss::Failed(error.to_string()))?;
             let time_us = taken.duration_since(self.begin).as_micros() as u32;
             frames.extend(encode_mlr(&burst, self.counter, time_us));
             self.counter = self.counter.wrapping_add(1);

@@ -2,9 +2,11 @@
 
 mod i2c;
 mod serial;
+mod stdin;
 
 pub use i2c::I2cBus;
 pub use serial::SerialLine;
+pub use stdin::StandardInput;
 
 use std::{
     fmt,
@@ -26,6 +28,8 @@ pub enum SourceMessage {
     Lost(String),
     /// Bytes, and when they arrived.
     Bytes(Instant, Vec<u8>),
+    /// It has ended for good.
+    Ended,
 }
 
 /// Something that can be opened and read, again and again. Its name is how it
@@ -39,7 +43,16 @@ pub trait Source: Send + fmt::Display {
 pub trait Reading {
     /// Waits for bytes for a moment, a tenth of a second at most; none is no
     /// error. `Err` says why the source is lost.
-    fn read(&mut self) -> Result<Vec<u8>, String>;
+    fn read(&mut self) -> Result<Vec<u8>, Loss>;
+}
+
+/// Why a source gives no more bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Loss {
+    /// It failed, as it says in words for people, and may come back.
+    Failed(String),
+    /// There is no more of it.
+    Ended,
 }
 
 /// Counts what the reading thread does, so that its health can be seen.
@@ -82,8 +95,14 @@ pub fn read(
                     return;
                 }
                 let opened = Instant::now();
-                let Some(reason) = forward(&mut *open, stop, pulse, messages) else {
-                    return;
+                let reason = match forward(&mut *open, stop, pulse, messages) {
+                    Some(Loss::Failed(reason)) => reason,
+                    Some(Loss::Ended) => {
+                        // Nobody listens, or whoever does will end.
+                        let _ = messages.send(SourceMessage::Ended);
+                        return;
+                    }
+                    None => return,
                 };
                 if opened.elapsed() > RECOVERED {
                     pause = FIRST_RETRY;
@@ -126,13 +145,13 @@ fn forward(
     stop: &AtomicBool,
     pulse: &Pulse,
     messages: &SyncSender<SourceMessage>,
-) -> Option<String> {
+) -> Option<Loss> {
     let mut end = None;
     while end.is_none_or(|end| Instant::now() < end) {
         pulse.beat();
         let bytes = match open.read() {
             Ok(bytes) => bytes,
-            Err(reason) => return Some(reason),
+            Err(loss) => return Some(loss),
         };
         if stop.load(Ordering::Relaxed) {
             if bytes.is_empty() {
@@ -181,10 +200,10 @@ mod tests {
     }
 
     impl Reading for Open {
-        fn read(&mut self) -> Result<Vec<u8>, String> {
+        fn read(&mut self) -> Result<Vec<u8>, Loss> {
             self.0 += 1;
             if self.0 > 3 {
-                return Err("unplugged".into());
+                return Err(Loss::Failed("unplugged".into()));
             }
             Ok(vec![7])
         }
@@ -204,6 +223,7 @@ mod tests {
                 SourceMessage::Opened => "opened".into(),
                 SourceMessage::Lost(reason) => reason,
                 SourceMessage::Bytes(_, bytes) => format!("{bytes:?}"),
+                SourceMessage::Ended => "ended".into(),
             })
             .collect();
         stop.store(true, Ordering::Relaxed);

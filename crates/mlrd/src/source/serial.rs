@@ -1,6 +1,6 @@
 use std::{fmt, io, io::Read, time::Duration};
 
-use super::{Reading, Source};
+use super::{Loss, Reading, Source};
 
 /// A serial port.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,9 +59,9 @@ fn in_words(error: &serialport::Error) -> String {
 }
 
 impl Reading for OpenLine {
-    fn read(&mut self) -> Result<Vec<u8>, String> {
+    fn read(&mut self) -> Result<Vec<u8>, Loss> {
         match self.port.read(&mut self.buffer) {
-            Ok(0) => Err("the port was closed".into()),
+            Ok(0) => Err(Loss::Failed("the port was closed".into())),
             Ok(count) => {
                 std::thread::sleep(GATHER);
                 Ok(self.buffer[..count].to_vec())
@@ -74,7 +74,7 @@ impl Reading for OpenLine {
             {
                 Ok(Vec::new())
             }
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(Loss::Failed(error.to_string())),
         }
     }
 }
