@@ -4,9 +4,11 @@ use mlr_imu::Recording;
 use mlr_model::{LostLinks, Morphology};
 use serde::Serialize;
 
-use crate::{AnswerError, ComparedSignals, IdentifySettings, MeasuredWalk, Model, PaperCost};
+use crate::{
+    AnswerError, BestFit, ComparedSignals, IdentifySettings, MeasuredWalk, Model, PaperCost,
+};
 
-/// How a morphology's walk on the nominal model compares with a recording after Algorithm 2.
+/// How a morphology's walk on a model compares with a recording after Algorithm 2.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// The morphology.
@@ -38,15 +40,44 @@ pub fn compare(
     settings.check_on(model.robot)?;
     let measured = MeasuredWalk::new(recording, model.gait, settings)?;
     let cost = PaperCost::new(&measured, model.robot, model.gait, settings)?;
-    let fit = cost
-        .least(&morphology)
-        .ok_or(AnswerError::AllDiverged { simulated: 1 })?;
-    Ok(Comparison {
-        morphology,
-        lost_links: fit.lost_links,
-        cost_rad: fit.cost_rad,
-        mean_error_deg: fit.mean_error_deg(),
-        window_start_s: measured.window().start_s,
-        signals: ComparedSignals::new(&measured, fit.simulated, settings),
-    })
+    Comparison::new(&measured, &cost, settings, morphology)
+}
+
+/// Compares the walk of one `morphology` on the model that an answer found likeliest: its variation,
+/// clock and delay, and what became of lost links.
+///
+/// # Errors
+/// Those of [`compare`].
+pub fn compare_fit(
+    recording: &Recording,
+    model: Model<'_>,
+    settings: &IdentifySettings,
+    morphology: Morphology,
+    fit: &BestFit,
+) -> Result<Comparison, AnswerError> {
+    settings.check_on(model.robot)?;
+    let measured = MeasuredWalk::new(recording, model.gait, settings)?;
+    let cost = PaperCost::of_fit(&measured, model.robot, model.gait, settings, fit)?;
+    Comparison::new(&measured, &cost, settings, morphology)
+}
+
+impl Comparison {
+    fn new(
+        measured: &MeasuredWalk,
+        cost: &PaperCost,
+        settings: &IdentifySettings,
+        morphology: Morphology,
+    ) -> Result<Self, AnswerError> {
+        let fit = cost
+            .least(&morphology)
+            .ok_or(AnswerError::AllDiverged { simulated: 1 })?;
+        Ok(Self {
+            morphology,
+            lost_links: fit.lost_links,
+            cost_rad: fit.cost_rad,
+            mean_error_deg: fit.mean_error_deg(),
+            window_start_s: measured.window().start_s,
+            signals: ComparedSignals::new(measured, fit, settings),
+        })
+    }
 }
