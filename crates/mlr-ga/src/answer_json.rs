@@ -169,3 +169,37 @@ fn other_robot(found: &Morphology, robot: &Robot) -> AnswerJsonError {
         robot: robot.name().into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_is_read_if_it_is_to_the_question() {
+        #[derive(Debug, Deserialize)]
+        struct Seed {
+            seed: u64,
+        }
+        let robot = Robot::jethexa();
+        let read = |text: &str, question| answer_of_json::<Seed>(text, &robot, question);
+        let whole = "[[1,1,1],[1,1,1],[1,1,1],[1,1,1],[1,1,1],[1,1,1]]";
+        let answer =
+            format!(r#"{{"schema":"mlr.identification/1","morphology":{whole},"seed":7}}"#);
+        let event = format!(r#"{{"event":"identified","result":{answer}}}"#);
+        for text in [&answer, &event] {
+            assert_eq!(read(text, Question::Identification).unwrap().seed, 7);
+        }
+        let error = read(&answer, Question::Explanation)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("is one of identify, expected one of explain"),
+            "{error}"
+        );
+        let lacks = answer.replace("seed", "sown");
+        let error = read(&lacks, Question::Identification)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("`seed`"), "{error}");
+    }
+}

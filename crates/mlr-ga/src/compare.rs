@@ -81,3 +81,66 @@ impl Comparison {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::{Outcome, SimulationSettings, Simulator, Variation};
+
+    use super::*;
+    use crate::comparison::Alignment;
+
+    #[test]
+    fn the_model_that_fits_walks_as_the_robot_did() {
+        let model = Model::jethexa();
+        let fit = BestFit {
+            lost_links: LostLinks::Locked,
+            alignment: Alignment {
+                clock: 0.02,
+                delay_s: 0.04,
+            },
+            variation: Variation {
+                friction: 0.6,
+                stiffness: 0.8,
+                ..Variation::default()
+            },
+            error_deg: [0.0; 3],
+            motion_deg: [0.0; 3],
+        };
+        let settings = SimulationSettings {
+            stand_s: 1.0,
+            duration_s: 3.0,
+            lost_links: fit.lost_links,
+            ..Default::default()
+        };
+        let (robot, settings) = fit.variation.apply(model.robot, &settings).unwrap();
+        let morphology = Morphology::healthy(&robot.layout()).without_leg(1);
+        let simulator = Simulator::new(robot, model.gait, settings).unwrap();
+        let Outcome::Walked(walk) = simulator.simulate(&morphology) else {
+            panic!("diverged");
+        };
+        let recording = fit.alignment.of_walk(&walk.orientation, 0.0).into_owned();
+        let settings = IdentifySettings {
+            window_s: 2.0,
+            // Where the robot was told to walk, which it does later.
+            walk_start: crate::WalkStart::CommandedAtS(0.0),
+            ..IdentifySettings::default()
+        };
+        let error_deg = |comparison: Result<Comparison, AnswerError>| {
+            let comparison = comparison.unwrap();
+            assert_eq!(
+                comparison.signals.measured_unfiltered.angles_rad().yaw[0],
+                0.0
+            );
+            comparison.mean_error_deg
+        };
+        let recording = recording.into();
+        let nominal = compare(&recording, model, &settings, morphology.clone());
+        let fitted = compare_fit(&recording, model, &settings, morphology, &fit);
+        let (nominal_deg, fitted_deg) = (error_deg(nominal), error_deg(fitted));
+        assert!(fitted_deg < 0.05, "{fitted_deg}");
+        assert!(
+            nominal_deg > 5.0 * fitted_deg,
+            "{nominal_deg}, {fitted_deg}"
+        );
+    }
+}

@@ -20,6 +20,8 @@ pub struct Figure {
     pub is_headed: bool,
     /// Quantity and unit of the horizontal axis.
     pub x_label: String,
+    /// Places that the horizontal axis shows in any case.
+    pub x_shows: Vec<f64>,
     /// From top to bottom.
     pub panels: Vec<Panel>,
     /// Width and height in pixels; text has 13 of them.

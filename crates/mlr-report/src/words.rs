@@ -2,12 +2,12 @@
 
 use mlr_model::{Morphology, Robot};
 
-/// A probability; what is neither 0 nor 1 is not shown as such.
+/// A probability, in one line; what is neither 0 nor 1 is not shown as such.
 pub(crate) fn percent(probability: f64) -> String {
     match 100.0 * probability {
-        p if p > 0.0 && p < 0.5 => "< 1 %".into(),
-        p if p < 100.0 && p > 99.5 => "> 99 %".into(),
-        p => format!("{p:.0} %"),
+        p if p > 0.0 && p < 0.5 => "<\u{a0}1\u{a0}%".into(),
+        p if p < 100.0 && p > 99.5 => ">\u{a0}99\u{a0}%".into(),
+        p => format!("{p:.0}\u{a0}%"),
     }
 }
 
@@ -16,8 +16,13 @@ pub(crate) fn kind(kind: &str) -> String {
     match kind {
         "none" => "none".into(),
         "unknown" => "something unknown".into(),
-        kind => kind.replace('_', " "),
+        kind => kind.replace('_', " ").replace("imu ", "IMU "),
     }
+}
+
+/// A number with a true minus sign.
+pub(crate) fn signed(number: &str) -> String {
+    number.replace('-', "−")
 }
 
 /// Units at the end of a parameter's name, the longest first.

@@ -52,7 +52,12 @@ fn signals(measured: &OrientationSeries, simulated: &OrientationSeries) -> WalkS
 }
 
 /// The page of a robot that lost legs 2 and 3, after `change` of what it is made of.
-fn page(change: impl FnOnce(&mut Report<'_>), identification: &Value, robot: &Robot) -> String {
+fn page(
+    identification: &Value,
+    explanation: Option<&Explanation>,
+    robot: &Robot,
+    change: impl FnOnce(&mut Report<'_>),
+) -> String {
     let found: Identification = serde_json::from_value(identification.clone()).unwrap();
     let orientation = walk("2,3");
     let mut detector = DamageDetector::new(DetectorSettings::default()).unwrap();
@@ -83,7 +88,7 @@ fn page(change: impl FnOnce(&mut Report<'_>), identification: &Value, robot: &Ro
                     .map(|one| one.time_s),
             }),
         }],
-        explanation: None,
+        explanation,
         footfalls: None,
         manifest: Manifest::default(),
     };
@@ -105,7 +110,7 @@ fn identification() -> Value {
 
 #[test]
 fn a_page_needs_no_other_file_and_says_what_it_lacks() {
-    let page = page(|_| {}, &identification(), &Robot::jethexa());
+    let page = page(&identification(), None, &Robot::jethexa(), |_| {});
     for shown in [
         "Damaged: leg 2 (front right) and leg 3 (middle left)",
         "111 100 000 111 111 111",
@@ -138,14 +143,9 @@ fn every_picture_has_a_name_of_its_own_for_those_who_cannot_see_it() {
     let robot = Robot::jethexa();
     let whole = Morphology::healthy(&robot.layout());
     let footfalls = Footfalls::of(&robot, &Gait::tripod(), &whole).unwrap();
-    let page = page(
-        |report| {
-            report.explanation = Some(&explanation);
-            report.footfalls = footfalls;
-        },
-        &identification(),
-        &robot,
-    );
+    let page = page(&identification(), Some(&explanation), &robot, |report| {
+        report.footfalls = footfalls;
+    });
     let pictures: Vec<&str> = page.split("<svg ").skip(1).collect();
     assert_eq!(pictures.len(), 8);
     let mut names = Vec::new();
@@ -193,21 +193,16 @@ fn texts_from_files_stay_texts() {
         .replace("\"front left\"", "'<script>alert(2)</script>'")
         .replacen("name = \"", "name = \"<script>", 1);
     let robot = Robot::from_toml(&described).unwrap();
-    let page = page(
-        |report| {
-            report.explanation = Some(&explanation);
-            report.walks[0].log = HOSTILE.into();
-            report.walks[0].detector = Err(HOSTILE.into());
-            report.manifest = Manifest {
-                program: HOSTILE.into(),
-                commit: Some(HOSTILE.into()),
-                identification: HOSTILE.into(),
-                robot_file: Some(HOSTILE.into()),
-            };
-        },
-        &found,
-        &robot,
-    );
+    let page = page(&found, Some(&explanation), &robot, |report| {
+        report.walks[0].log = HOSTILE.into();
+        report.walks[0].detector = Err(HOSTILE.into());
+        report.manifest = Manifest {
+            program: HOSTILE.into(),
+            commit: Some(HOSTILE.into()),
+            identification: HOSTILE.into(),
+            robot_file: Some(HOSTILE.into()),
+        };
+    });
     assert!(!page.to_lowercase().contains("<script"));
     // Everywhere, and once each.
     assert!(page.matches("alert(1)").count() >= 12);
@@ -221,7 +216,7 @@ fn numbers_that_make_no_sense_leave_a_page() {
     found["leg_damage_probability"] = serde_json::json!([-1.0, 2.0, 1e300]);
     found["cost_per_generation"] = serde_json::json!([]);
     found["probability"] = (-0.5).into();
-    let page = page(|_| {}, &found, &Robot::jethexa());
+    let page = page(&found, None, &Robot::jethexa(), |_| {});
     assert!(page.contains("not known"));
     assert!(page.contains("it has no generations"));
     assert!(!page.contains("NaN"));

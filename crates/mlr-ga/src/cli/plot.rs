@@ -89,6 +89,7 @@ pub(super) fn servo(
                 .into(),
         is_headed: false,
         x_label: "time of the recording [s]".into(),
+        x_shows: Vec::new(),
         panels: panels.collect(),
         size: [WIDTH, PANEL_HEIGHT],
     })

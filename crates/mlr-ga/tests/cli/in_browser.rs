@@ -70,7 +70,12 @@ impl Browser {
             Screen::Dark => 0,
         };
         let output = Command::new(self.program)
-            .args(["--headless", "--disable-gpu", "--hide-scrollbars", "--dump-dom"])
+            .args([
+                "--headless",
+                "--disable-gpu",
+                "--hide-scrollbars",
+                "--dump-dom",
+            ])
             // Containers lack what the sandbox needs; the page is our own.
             .args(["--no-sandbox", "--disable-dev-shm-usage"])
             .arg("--allow-file-access-from-files")

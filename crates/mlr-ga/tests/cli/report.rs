@@ -80,7 +80,10 @@ const SHA256_OF_OTHER_LOG: &str =
 #[test]
 fn a_hostile_name_does_no_harm_and_the_page_is_sound_in_a_browser() {
     let folder = Folder::new();
-    let log = folder.write("<script>alert(1)<\u{202e}img>.csv.gz", fs::read(LOG).unwrap());
+    let log = folder.write(
+        "<script>alert(1)<\u{202e}img>.csv.gz",
+        fs::read(LOG).unwrap(),
+    );
     let page = folder.path("report.html");
     let told = folder.succeeds(&["report", &log, "--answer", ANSWER, "-o", &page]);
     assert!(told.contains("not computed"), "{told}");

@@ -88,11 +88,9 @@ fn draw_into(figure: &Figure, backend: SVGBackend<'_>) -> Drawn {
         draw_legend(figure, &legend)?;
         rest = below;
     }
-    let xs = || {
-        let curves = figure.panels.iter().flat_map(|one| &one.curves);
-        curves.flat_map(|curve| curve.points.iter().map(|point| point.0))
-    };
-    let x_range = range(xs(), None);
+    let curves = figure.panels.iter().flat_map(|one| &one.curves);
+    let xs = curves.flat_map(|curve| curve.points.iter().map(|point| point.0));
+    let x_range = range(xs.chain(figure.x_shows.iter().copied()), None);
     let panels = figure.panels.len().max(1) as i32;
     let height = (rest.dim_in_pixel().1 - (X_AXIS - X_TICKS) * FINE) as i32 / panels;
     let breaks: Vec<i32> = (1..panels).map(|panel| panel * height).collect();
@@ -285,6 +283,7 @@ mod tests {
             description: "described".into(),
             is_headed: true,
             x_label: "time [s]".into(),
+            x_shows: Vec::new(),
             panels: vec![Panel {
                 rules,
                 ..Panel::new(

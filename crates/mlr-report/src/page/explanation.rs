@@ -3,7 +3,7 @@ use mlr_model::Robot;
 use super::Share;
 use crate::{
     answer::{Effect, Errors, Explanation, Rival},
-    words::{kind, legs, name_and_unit, percent},
+    words::{kind, legs, name_and_unit, percent, signed},
 };
 
 /// Kinds of effects and hypotheses that are shown, and the least probability of a kind.
@@ -118,9 +118,9 @@ impl EffectView {
             let is_in = |names: &[String]| names.iter().any(|one| one == field);
             ParameterView {
                 name,
-                value: with_unit(value.to_string()),
+                value: with_unit(signed(&value.to_string())),
                 interval: interval.map_or("–".into(), |[low, high]| {
-                    with_unit(format!("{low:.3} to {high:.3}"))
+                    with_unit(signed(&format!("{low:.3} to {high:.3}")))
                 }),
                 note: match (is_in(&effect.undetermined), is_in(&effect.at_bound)) {
                     (true, _) => "not determined by the log",

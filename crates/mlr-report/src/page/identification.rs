@@ -15,6 +15,8 @@ pub(super) struct IdentificationView {
     pub(super) legs: Vec<LegView>,
     pub(super) morphologies: Vec<MorphologyView>,
     pub(super) search: String,
+    /// Whether the best morphology has not the least F.
+    pub(super) is_f_overruled: bool,
     pub(super) cost: String,
 }
 
@@ -72,6 +74,10 @@ impl IdentificationView {
             sure,
             notes: notes(report),
             legs: legs_of(report),
+            is_f_overruled: found
+                .alternatives
+                .iter()
+                .any(|one| one.cost_rad < found.cost_rad),
             morphologies: morphologies(report),
             search: format!(
                 "{} morphologies were looked at ({}){}.",

@@ -15,6 +15,7 @@ pub fn course(name: &str, cost_deg: &[f64]) -> Option<Figure> {
             "The best cost that the genetic algorithm had found, generation by generation.".into(),
         is_headed: false,
         x_label: "generation".into(),
+        x_shows: Vec::new(),
         panels: vec![Panel::new(
             "best cost [°]",
             vec![

@@ -61,6 +61,7 @@ pub fn detector(name: &str, run: &DetectorRun<'_>) -> Figure {
                 .into(),
         is_headed: false,
         x_label: "time of the log [s]".into(),
+        x_shows: Vec::new(),
         panels: vec![
             Panel {
                 rules: marks(true).collect(),

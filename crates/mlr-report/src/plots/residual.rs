@@ -18,20 +18,20 @@ pub fn residual(name: &str, explanation: &Explanation) -> Figure {
         let points = harmonics.map(|one| (one.frequency_hz + aside_hz, one.amplitude_deg));
         Curve::line(name, ink, points.collect()).marked(Mark::Stems)
     };
-    let panels = axes.map(|(label, before, after)| {
-        // Side by side, by a share of the distance between two harmonics.
-        let first_hz = before.harmonics.first().map_or(1.0, |one| one.frequency_hz);
-        let aside_hz = 0.08 * first_hz;
-        Panel {
-            shows: [0.0, 0.05],
-            ..Panel::new(
-                label,
-                vec![
-                    stems("without effects", Ink::Simulated, before, -aside_hz),
-                    stems("with effects", Ink::Measured, after, aside_hz),
-                ],
-            )
-        }
+    let harmonics = &before.roll.harmonics;
+    let [first_hz, last_hz] = [harmonics.first(), harmonics.last()]
+        .map(|harmonic| harmonic.map_or(1.0, |one| one.frequency_hz));
+    // Side by side, by a share of the distance between two harmonics.
+    let aside_hz = 0.08 * first_hz;
+    let panels = axes.map(|(label, before, after)| Panel {
+        shows: [0.0, 0.05],
+        ..Panel::new(
+            label,
+            vec![
+                stems("without effects", Ink::Simulated, before, -aside_hz),
+                stems("with effects", Ink::Measured, after, aside_hz),
+            ],
+        )
     });
     Figure {
         name: name.into(),
@@ -42,6 +42,7 @@ pub fn residual(name: &str, explanation: &Explanation) -> Figure {
                 .into(),
         is_headed: false,
         x_label: "frequency [Hz]".into(),
+        x_shows: vec![0.0, last_hz + 0.5 * first_hz],
         panels: panels.into(),
         size: SIZE,
     }

@@ -47,6 +47,7 @@ pub fn signals(
         description: "Three panels over time: measured and simulated roll, pitch and yaw.".into(),
         is_headed: false,
         x_label: "time since the start of the compared stretch [s]".into(),
+        x_shows: Vec::new(),
         panels: vec![
             panel("roll [°]", |axes| &axes.roll),
             panel("pitch [°]", |axes| &axes.pitch),

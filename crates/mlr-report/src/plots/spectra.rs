@@ -61,6 +61,7 @@ pub fn spectra(name: &str, signals: &WalkSignals) -> Result<Figure, SettingError
                 .into(),
         is_headed: false,
         x_label: "frequency [Hz]".into(),
+        x_shows: vec![0.0],
         panels,
         size: SIZE,
     })
