@@ -17,6 +17,6 @@ pub use signals::{WalkSignals, signals};
 pub use spectra::spectra;
 
 /// Of most plots.
-pub(crate) const SIZE: [u32; 2] = [520, 500];
+pub(crate) const SIZE: [u32; 2] = [440, 460];
 /// Columns that points are thinned to.
 pub(crate) const COLUMNS: usize = 450;

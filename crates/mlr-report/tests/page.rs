@@ -163,7 +163,7 @@ fn every_picture_has_a_name_of_its_own_for_those_who_cannot_see_it() {
     names.dedup();
     assert_eq!(names.len(), all);
     assert!(!page.contains("Not computed"));
-    for shown in ["imu misalignment", "with 95 %", "What remains", "Footfalls"] {
+    for shown in ["IMU misalignment", "with 95 %", "What remains", "Footfalls"] {
         assert!(page.contains(shown), "{shown}");
     }
 }

@@ -47,7 +47,7 @@ fn a_saved_answer_becomes_a_page_and_plots() {
     assert!(html.len() < 2_000_000, "{} bytes", html.len());
     for shown in [
         "No leg is damaged",
-        "Besides: imu misalignment",
+        "Besides: IMU misalignment",
         "Footfalls",
         "undeclared-c.csv.gz",
         // As sha256sum has it.

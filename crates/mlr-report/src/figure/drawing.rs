@@ -14,6 +14,8 @@ use crate::{Picture, PictureError};
 /// Coordinates of plotters are whole numbers: so many of them make a pixel.
 const FINE: u32 = 4;
 const FONT: &str = "sans-serif";
+/// Sizes of fonts in plotters are so many times those in its SVG.
+const FONT_UNIT: f64 = 1.24;
 const FONT_SIZE: u32 = 13;
 const HEADING_SIZE: u32 = 17;
 /// Height of the strips above and below the panels.
@@ -65,8 +67,9 @@ fn color(ink: Ink) -> RGBColor {
     RGBColor(r, g, b)
 }
 
-fn text(size: u32) -> TextStyle<'static> {
-    (FONT, size * FINE).into_font().color(&color(Ink::Text))
+fn text(size: u32, ink: Ink) -> TextStyle<'static> {
+    let size = FONT_UNIT * f64::from(size * FINE);
+    (FONT, size).into_font().color(&color(ink))
 }
 
 fn line(ink: Ink, width: u32) -> ShapeStyle {
@@ -77,7 +80,7 @@ fn draw_into(figure: &Figure, backend: SVGBackend<'_>) -> Drawn {
     let mut rest = backend.into_drawing_area();
     if figure.is_headed {
         let (heading, below) = rest.split_vertically(HEADING * FINE);
-        let centered = text(HEADING_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
+        let centered = text(HEADING_SIZE, Ink::Text).pos(Pos::new(HPos::Center, VPos::Center));
         let (width, height) = heading.dim_in_pixel();
         let middle = (width as i32 / 2, height as i32 / 2);
         heading.draw(&Text::new(figure.title.clone(), middle, centered))?;
@@ -131,7 +134,7 @@ fn draw_legend(figure: &Figure, area: &Area<'_>) -> Drawn {
         let sample = [(x, middle), (x + SAMPLE * fine, middle)];
         area.draw(&PathElement::new(sample, line(ink, 6)))?;
         x += (SAMPLE + 5) * fine;
-        let style = text(FONT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
+        let style = text(FONT_SIZE, Ink::Text).pos(Pos::new(HPos::Left, VPos::Center));
         area.draw(&Text::new(name, (x, middle), style))?;
         // About as wide as letters are in any font.
         x += (name.chars().count() as f64 * 0.56 * f64::from(FONT_SIZE * FINE)) as i32 + GAP * fine;
@@ -183,8 +186,8 @@ fn draw_panel(
         .y_labels(5)
         .x_label_formatter(&|x| number(*x))
         .y_label_formatter(&|y| number(*y))
-        .label_style(text(FONT_SIZE))
-        .axis_desc_style(text(FONT_SIZE))
+        .label_style(text(FONT_SIZE, Ink::Text))
+        .axis_desc_style(text(FONT_SIZE, Ink::Text))
         .y_desc(panel.y_label.as_str())
         .x_desc(x_label.unwrap_or_default())
         .set_all_tick_mark_size(4 * FINE)
@@ -244,10 +247,7 @@ fn draw_rule(
     };
     let dashes = DashedLineSeries::new(ends, 6 * FINE, 4 * FINE, line(ink, 3));
     chart.draw_series(dashes)?;
-    let style = (FONT, (FONT_SIZE - 1) * FINE)
-        .into_font()
-        .color(&color(ink))
-        .pos(anchor);
+    let style = text(FONT_SIZE - 1, ink).pos(anchor);
     let beside = match anchor.h_pos {
         HPos::Left => 4 * FINE as i32,
         _ => -4 * FINE as i32,

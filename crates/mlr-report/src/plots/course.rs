@@ -1,3 +1,4 @@
+use super::SIZE;
 use crate::{Curve, Figure, Ink, Mark, Panel};
 
 /// The best cost so far, generation by generation of the genetic algorithm; `None` of a search
@@ -23,6 +24,6 @@ pub fn course(name: &str, cost_deg: &[f64]) -> Option<Figure> {
                 Curve::line("", Ink::Measured, points).marked(Mark::Dots),
             ],
         )],
-        size: [520, 260],
+        size: [SIZE[0], 230],
     })
 }

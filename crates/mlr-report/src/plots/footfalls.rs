@@ -135,7 +135,7 @@ impl Footfalls {
     }
 }
 
-const WIDTH: f64 = 520.0;
+const WIDTH: f64 = 440.0;
 const LEFT: f64 = 120.0;
 const RIGHT: f64 = 20.0;
 const TOP: f64 = 8.0;
