@@ -109,17 +109,11 @@ impl<'a> WalkView<'a> {
         let walk = &report.walks[index];
         let found = report.identification;
         let of_log = found.logs.get(index);
-        let (fit, quality, [start_s, length_s]) = match of_log {
-            Some(log) => (
-                &log.fit,
-                &log.log_quality,
-                [log.window_start_s, log.window_s],
-            ),
-            None => {
-                let window_s = [found.window_start_s, found.window_s];
-                (&found.fit, &found.log_quality, window_s)
-            }
+        let (fit, quality) = match of_log {
+            Some(log) => (&log.fit, &log.log_quality),
+            None => (&found.fit, &found.log_quality),
         };
+        let [start_s, length_s] = found.window_s(index);
         let warnings = of_log.map_or(&found.warnings, |log| &log.warnings);
         let [roll, pitch, yaw] = fit.error_deg;
         let detector = match &walk.detector {

@@ -109,11 +109,7 @@ pub(super) fn run(options: &ReportOptions) -> anyhow::Result<()> {
         Ok((found, answer_of_json(&text, &asked.robot, question)?))
     };
     let (found, fits) = read().with_context(|| name.clone())?;
-    let compared = options.compared(&asked, &recordings, &found, &fits);
-    let compared = compared.with_context(|| match options.answer {
-        Some(_) => name,
-        None => String::new(),
-    })?;
+    let compared = options.compared(&asked, &recordings, &found, &fits, &name)?;
     let detections = options.detections(&asked.settings, &recordings);
     let footfalls = options.footfalls(&asked.robot, &found)?;
     let walks = compared.into_iter().zip(&detections).enumerate();
@@ -196,6 +192,7 @@ impl ReportOptions {
         recordings: &[Recording],
         found: &Identification,
         fits: &Fits,
+        answer: &str,
     ) -> anyhow::Result<Vec<Comparison>> {
         let several: Vec<&BestFit> = fits.logs.iter().map(|log| &log.fit).collect();
         let fits = if several.is_empty() {
@@ -205,7 +202,7 @@ impl ReportOptions {
         };
         ensure!(
             fits.len() == recordings.len(),
-            "the answer is of {} logs, expected one of the {} that are named: name the same logs as there",
+            "{answer}: is of {} logs, expected an answer to the {} that are named: name the same logs as there",
             fits.len(),
             recordings.len()
         );
@@ -223,10 +220,10 @@ impl ReportOptions {
             };
             let plain = compare(recording, model, &nominal, morphology()).map_err(blame)?;
             cost_rad += plain.cost_rad;
-            let start_s = window_s(found, index)[0];
+            let [start_s, _] = found.window_s(index);
             ensure!(
                 (plain.window_start_s - start_s).abs() <= SAME_START_S,
-                "the answer compares from {start_s:.2} s on, here it would be {:.2} s: {SAME}",
+                "{answer}: compares from {start_s:.2} s on, here it would be {:.2} s: {SAME}",
                 plain.window_start_s
             );
             let fitted = compare_fit(recording, model, &asked.settings, morphology(), fit);
@@ -234,7 +231,7 @@ impl ReportOptions {
         }
         ensure!(
             (cost_rad - found.cost_rad).abs() <= SAME_COST * found.cost_rad.max(cost_rad),
-            "the answer says F = {:.2} rad of its morphology, here it is {cost_rad:.2} rad: {SAME}",
+            "{answer}: says F = {:.2} rad of its morphology, here it is {cost_rad:.2} rad: {SAME}",
             found.cost_rad
         );
         Ok(compared)
@@ -307,14 +304,6 @@ impl ReportOptions {
 const SAME: &str = "expected the answer to these logs; name the same logs, --robot, --gait, --config, \
                     --friction, --from-s and --window-s as there";
 
-/// Start and length of the compared stretch of a log.
-fn window_s(found: &Identification, log: usize) -> [f64; 2] {
-    match found.logs.get(log) {
-        Some(log) => [log.window_start_s, log.window_s],
-        None => [found.window_start_s, found.window_s],
-    }
-}
-
 fn signals(
     comparison: Comparison,
     found: &Identification,
@@ -328,7 +317,7 @@ fn signals(
         measured_filtered: signals.measured,
         simulated_filtered: signals.simulated,
         filter: settings.filter,
-        duration_s: window_s(found, log)[1],
+        duration_s: found.window_s(log)[1],
     }
 }
 

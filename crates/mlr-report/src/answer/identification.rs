@@ -69,6 +69,16 @@ pub struct Identification {
     pub elapsed_s: Option<f64>,
 }
 
+impl Identification {
+    /// Start, in log time, and length of the compared stretch of a log, counted from 0.
+    pub fn window_s(&self, log: usize) -> [f64; 2] {
+        match self.logs.get(log) {
+            Some(log) => [log.window_start_s, log.window_s],
+            None => [self.window_start_s, self.window_s],
+        }
+    }
+}
+
 /// One of several logs.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct OneLog {
