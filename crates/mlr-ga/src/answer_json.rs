@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mlr_model::{LostLinks, Morphology, Robot};
 use mlr_residual::walk::Reported;
-use serde::Deserialize;
+use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 use thiserror::Error;
 
@@ -52,7 +52,7 @@ pub(crate) struct EffectJson {
 
 /// The question that an answer is to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Question {
+pub enum Question {
     /// `mlr.identification/1`.
     Identification,
     /// `mlr.explanation/1`.
@@ -72,6 +72,16 @@ pub enum AnswerJsonError {
          (\"mlr.identification/1\" or \"mlr.explanation/1\"), as mlr-ga prints it with --json"
     )]
     Schema(String),
+    /// It answers another question.
+    #[error(
+        "the answer is one of {found}, expected one of {expected}, as mlr-ga {expected} --json prints it"
+    )]
+    OtherQuestion {
+        /// The command that it is of.
+        found: &'static str,
+        /// The command that one is needed of.
+        expected: &'static str,
+    },
     /// It is of a robot with other legs.
     #[error(
         "the answer is of a robot with {found}, expected {expected} as {robot} has them: name the \
@@ -87,29 +97,65 @@ pub enum AnswerJsonError {
     },
 }
 
+impl Question {
+    /// The command that asks it.
+    fn command(self) -> &'static str {
+        match self {
+            Self::Identification => "identify",
+            Self::Explanation => "explain",
+        }
+    }
+}
+
+/// Reads the answer of a command, or an event of the daemon with one, to a `question` about `robot`,
+/// as far as `Answer` needs it.
+///
+/// # Errors
+/// [`AnswerJsonError`] when the text is no such answer, or of another robot.
+pub fn answer_of_json<Answer: DeserializeOwned>(
+    text: &str,
+    robot: &Robot,
+    question: Question,
+) -> Result<Answer, AnswerJsonError> {
+    let (found, answer) = checked(text, robot)?;
+    if found != question {
+        return Err(AnswerJsonError::OtherQuestion {
+            found: found.command(),
+            expected: question.command(),
+        });
+    }
+    Ok(serde_json::from_value(answer)?)
+}
+
 impl AnswerJson {
     /// Reads the answer of a command, or an event of the daemon with one, found with `robot`.
     pub(crate) fn read(text: &str, robot: &Robot) -> Result<(Question, Self), AnswerJsonError> {
-        let mut value: Value = serde_json::from_str(text)?;
-        if let Some(result) = value.get_mut("result") {
-            value = result.take();
-        }
-        let question = match &value["schema"] {
-            Value::String(schema) if schema == "mlr.identification/1" => Question::Identification,
-            Value::String(schema) if schema == "mlr.explanation/1" => Question::Explanation,
-            Value::Null => return Err(AnswerJsonError::Schema("nothing".into())),
-            found => return Err(AnswerJsonError::Schema(found.to_string())),
-        };
-        let answer: Self = serde_json::from_value(value)?;
-        let others = answer.alternatives.iter().map(|one| &one.morphology);
-        let layout = robot.layout();
-        for found in std::iter::once(&answer.morphology).chain(others) {
-            if found.layout() != layout {
-                return Err(other_robot(found, robot));
-            }
-        }
-        Ok((question, answer))
+        let (question, answer) = checked(text, robot)?;
+        Ok((question, serde_json::from_value(answer)?))
     }
+}
+
+/// An answer about this robot, and to which question.
+fn checked(text: &str, robot: &Robot) -> Result<(Question, Value), AnswerJsonError> {
+    let mut value: Value = serde_json::from_str(text)?;
+    if let Some(result) = value.get_mut("result") {
+        value = result.take();
+    }
+    let question = match &value["schema"] {
+        Value::String(schema) if schema == "mlr.identification/1" => Question::Identification,
+        Value::String(schema) if schema == "mlr.explanation/1" => Question::Explanation,
+        Value::Null => return Err(AnswerJsonError::Schema("nothing".into())),
+        found => return Err(AnswerJsonError::Schema(found.to_string())),
+    };
+    let answer = AnswerJson::deserialize(&value)?;
+    let others = answer.alternatives.iter().map(|one| &one.morphology);
+    let layout = robot.layout();
+    for found in std::iter::once(&answer.morphology).chain(others) {
+        if found.layout() != layout {
+            return Err(other_robot(found, robot));
+        }
+    }
+    Ok((question, value))
 }
 
 fn other_robot(found: &Morphology, robot: &Robot) -> AnswerJsonError {
@@ -121,5 +167,39 @@ fn other_robot(found: &Morphology, robot: &Robot) -> AnswerJsonError {
         found: links((0..found.legs()).map(|leg| found.links(leg)).collect()),
         expected: links(robot.legs().iter().map(|leg| leg.links.len()).collect()),
         robot: robot.name().into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_is_read_if_it_is_to_the_question() {
+        #[derive(Debug, Deserialize)]
+        struct Seed {
+            seed: u64,
+        }
+        let robot = Robot::jethexa();
+        let read = |text: &str, question| answer_of_json::<Seed>(text, &robot, question);
+        let whole = "[[1,1,1],[1,1,1],[1,1,1],[1,1,1],[1,1,1],[1,1,1]]";
+        let answer =
+            format!(r#"{{"schema":"mlr.identification/1","morphology":{whole},"seed":7}}"#);
+        let event = format!(r#"{{"event":"identified","result":{answer}}}"#);
+        for text in [&answer, &event] {
+            assert_eq!(read(text, Question::Identification).unwrap().seed, 7);
+        }
+        let error = read(&answer, Question::Explanation)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("is one of identify, expected one of explain"),
+            "{error}"
+        );
+        let lacks = answer.replace("seed", "sown");
+        let error = read(&lacks, Question::Identification)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("`seed`"), "{error}");
     }
 }

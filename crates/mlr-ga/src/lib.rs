@@ -62,13 +62,13 @@ pub mod scoring;
 pub mod walks;
 
 pub use answer_error::AnswerError;
-pub use answer_json::AnswerJsonError;
+pub use answer_json::{AnswerJsonError, Question, answer_of_json};
 pub use answered_robot::{AnsweredRobot, AnsweredRobotError};
 pub use calibrate::{
     CalibrateError, Calibrated, CalibrationReport, HealthyWalk, MeasuredReport, ParameterReport,
     WalkOrigin, WalkReport, calibrate,
 };
-pub use compare::{Comparison, compare};
+pub use compare::{Comparison, compare, compare_fit};
 pub use configuration::{
     Configuration, ConfigurationError, LARGEST_SEED, checked_toml, most_threads,
 };

@@ -45,6 +45,16 @@ pub enum LossHypothesis {
     Either,
 }
 
+impl From<LostLinks> for LossHypothesis {
+    /// What is known.
+    fn from(known: LostLinks) -> Self {
+        match known {
+            LostLinks::Absent => Self::Absent,
+            LostLinks::Locked => Self::Locked,
+        }
+    }
+}
+
 impl LossHypothesis {
     /// What lost links are taken to be.
     pub fn cases(self) -> &'static [LostLinks] {

@@ -5,14 +5,15 @@ mod of_logs;
 
 pub(crate) use of_logs::PaperCosts;
 
-use mlr_filter::{Conditioned, FilterSettings, FourierFilter, SamplingLimits, Window};
+use mlr_filter::{Conditioned, EvenSamples, FilterSettings, FourierFilter, SamplingLimits, Window};
 use mlr_model::{
     Gait, LostLinks, ModelError, Morphology, Outcome, Robot, SimulationSettings, Simulator,
 };
 
 use crate::{
-    IdentifySettings, LossHypothesis, MeasuredWalk, comparison::ComparableWalk, mean_error_deg,
-    orientation_error_rad,
+    BestFit, IdentifySettings, LossHypothesis, MeasuredWalk,
+    comparison::{Alignment, ComparableWalk},
+    mean_error_deg, orientation_error_rad,
 };
 
 /// Simulates a candidate on the nominal model, filters its orientation and compares
@@ -25,6 +26,7 @@ pub struct PaperCost {
     /// compared from each, and the best counts.
     gait_times_s: Vec<f64>,
     simulators: Vec<Simulator>,
+    alignment: Alignment,
     filter: FilterSettings,
     window_s: f64,
 }
@@ -36,6 +38,8 @@ pub struct PaperFit {
     pub lost_links: LostLinks,
     /// Its walk on the nominal model after the filter, from the gait time that fits best on.
     pub simulated: Conditioned,
+    /// The same before the filter.
+    pub unfiltered: EvenSamples,
     /// F.
     pub cost_rad: f64,
 }
@@ -61,15 +65,44 @@ impl PaperCost {
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> Result<Self, ModelError> {
+        Self::aligned(measured, robot, gait, settings, Alignment::default())
+    }
+
+    /// F not of the nominal model, but of the model that a `fit` says, laid over the measured walk as
+    /// it says.
+    pub(crate) fn of_fit(
+        measured: &MeasuredWalk,
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+        fit: &BestFit,
+    ) -> Result<Self, ModelError> {
+        let (robot, simulation) = fit.variation.apply(robot, &settings.simulation)?;
+        let settings = IdentifySettings {
+            simulation,
+            lost_links: fit.lost_links.into(),
+            ..settings.clone()
+        };
+        Self::aligned(measured, &robot, gait, &settings, fit.alignment)
+    }
+
+    fn aligned(
+        measured: &MeasuredWalk,
+        robot: &Robot,
+        gait: &Gait,
+        settings: &IdentifySettings,
+        alignment: Alignment,
+    ) -> Result<Self, ModelError> {
         let gait_times_s = gait_times_s(measured);
         let last_s = gait_times_s.iter().copied().fold(0.0, f64::max);
+        let window_s = measured.window().duration_s;
         let simulators = settings
             .lost_links
             .cases()
             .iter()
             .map(|&lost_links| {
                 let simulation = SimulationSettings {
-                    duration_s: last_s + measured.window().duration_s,
+                    duration_s: last_s + alignment.gait_time_s(window_s).max(window_s),
                     stand_s: 0.0,
                     lost_links,
                     ..settings.simulation.clone()
@@ -82,8 +115,9 @@ impl PaperCost {
             lost_links: settings.lost_links,
             gait_times_s,
             simulators,
+            alignment,
             filter: settings.filter,
-            window_s: measured.window().duration_s,
+            window_s,
         })
     }
 
@@ -106,14 +140,16 @@ impl PaperCost {
                     start_s,
                     duration_s: self.window_s,
                 };
-                let even = window
-                    .cut(&trajectory.orientation, &SamplingLimits::default())
+                let aligned = self.alignment.of_walk(&trajectory.orientation, start_s);
+                let unfiltered = window
+                    .cut(&aligned, &SamplingLimits::default())
                     .expect("a simulated walk covers its windows at more than the lowest rate");
-                let simulated = filter.condition(&even);
+                let simulated = filter.condition(&unfiltered);
                 PaperFit {
                     lost_links,
                     cost_rad: orientation_error_rad(&self.measured, &simulated),
                     simulated,
+                    unfiltered,
                 }
             })
             .min_by(|a, b| a.cost_rad.total_cmp(&b.cost_rad))

@@ -1,22 +1,16 @@
 //! `mlr-ga calibrate`.
 
-use std::{
-    fs::File,
-    io,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::Args;
 use mlr_filter::SettingError;
 use mlr_ga::{
     CalibrationReport, Configuration, ExplainSettings, HealthyWalk, WalkOrigin, calibrate,
 };
 use mlr_model::Measurement;
-use sha2::{Digest as _, Sha256};
 
 use super::{
-    log_file::LogFiles,
+    log_file::{self, LogFiles},
     model_files::{self, ModelOfLogs},
     output::{self, ResultFile},
     progress::Bar,
@@ -85,7 +79,7 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
     let origins = paths.iter().zip(&gaits).map(|(path, gait)| {
         Ok(WalkOrigin {
             log: path.display().to_string(),
-            sha256: sha256(path)?,
+            sha256: log_file::sha256(path)?.unwrap_or_default(),
             gait: gait.name.clone(),
         })
     });
@@ -105,19 +99,6 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
 
 fn as_option(error: SettingError) -> SettingError {
     error.as_option(&[("measured", "--measured")])
-}
-
-/// Of a file's bytes; of standard input, nothing is left to read.
-fn sha256(path: &Path) -> anyhow::Result<String> {
-    if path.as_os_str() == output::STDOUT {
-        return Ok(String::new());
-    }
-    let mut hash = Sha256::new();
-    let name = || path.display().to_string();
-    let mut file = File::open(path).with_context(name)?;
-    io::copy(&mut file, &mut hash).with_context(name)?;
-    let bytes = hash.finalize();
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// The report for people.

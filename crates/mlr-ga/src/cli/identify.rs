@@ -2,36 +2,19 @@
 
 use std::{path::PathBuf, time::Instant};
 
-use clap::{Args, ValueEnum};
-use mlr_filter::SettingError;
-use mlr_ga::{
-    IdentificationReport, IdentifySettings, LogReport, LossHypothesis, Method, Search,
-    identify_together,
-};
+use clap::Args;
+use mlr_ga::{IdentificationReport, LogReport, Method, Search};
 
 use super::{
-    atlas_files::AtlasFiles,
-    log_file::LogFiles,
-    model_files::{self, MethodName, ModelOfLogs},
+    identification::IdentificationOptions,
     output::{self, ResultFile},
     plot,
-    progress::Bar,
-    search_options::SearchOptions,
 };
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyOptions {
     #[command(flatten)]
-    logs: LogFiles,
-    #[command(flatten)]
-    search: SearchOptions,
-    /// What decides [default: mlr].
-    #[arg(long, value_enum)]
-    method: Option<MethodName>,
-    /// Run the genetic algorithm N times, and report how often it found which morphology [default:
-    /// 1; 10 with --method paper].
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    repeats: Option<usize>,
+    identification: IdentificationOptions,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -39,69 +22,22 @@ pub(super) struct IdentifyOptions {
     /// the first. An existing file is never overwritten.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Length of the compared stretch [default: 5 s].
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    window_s: Option<f64>,
-    /// Log time at which the compared stretch begins [default: the start of the walk, or when damage
-    /// is flagged in mid-walk]. Of one log only.
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    from_s: Option<f64>,
-    /// What lost links may have become [default: either].
-    #[arg(long, value_enum)]
-    lost_links: Option<LossName>,
-    /// Friction between feet and ground [default: 0.7].
-    #[arg(long, value_name = "MU", allow_negative_numbers = true)]
-    friction: Option<f64>,
-    /// All settings, in TOML, such as the daemon's /etc/mlrd.toml; options override it.
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    #[command(flatten)]
-    atlas: AtlasFiles,
-    #[command(flatten)]
-    model: ModelOfLogs,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum LossName {
-    /// Gone.
-    Absent,
-    /// Locked clear of the ground.
-    Locked,
-    /// Whichever fits better.
-    Either,
 }
 
 pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let started = Instant::now();
-    let configuration = model_files::configuration(options.config.as_deref(), options.method)?;
-    let settings = options.settings(configuration.identification)?;
-    let (robot, _, gaits) = options.model.read(options.logs.paths().len())?;
-    settings.check_on(&robot)?;
+    let asked = options.identification.asked()?;
     let picture = options.plot.as_deref();
     let picture = picture.map(ResultFile::reserve).transpose()?;
-    let recordings = options.logs.read(&configuration.mounting)?;
-    let atlases = options.atlas.open(&robot, &gaits, &settings)?;
-    let walks = atlases.walks(&recordings, &gaits);
-    let bar = Bar::new();
-    let answer = identify_together(&walks, &robot, &settings, &bar);
-    bar.clear();
-    let identification = answer.map_err(|(log, error)| options.logs.blame(log, error))?;
-    let files = options.logs.names();
-    if files.len() > 1 {
-        for (file, log) in files.iter().zip(&identification.logs) {
-            for warning in &log.warnings {
-                output::warning(&format!("{file}: {warning}"));
-            }
-        }
-    }
-    for warning in &identification.warnings {
-        output::warning(warning);
-    }
+    let recordings = options.identification.recordings(&asked)?;
+    let report = options
+        .identification
+        .answer(&asked, &recordings, started)?;
     if let Some(file) = picture {
-        let (name, error_deg) = (&identification.description, identification.mean_error_deg);
-        file.write(&plot::signals(name, error_deg, &identification.signals)?)?;
+        let answer = &report.identification;
+        let (name, error_deg) = (&answer.description, answer.mean_error_deg);
+        file.write(plot::signals(name, error_deg, &answer.signals)?)?;
     }
-    let report = IdentificationReport::of_files(files, identification, started.elapsed());
     let text = if options.json {
         serde_json::to_string(&report)? + "\n"
     } else {
@@ -109,37 +45,6 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     };
     output::result(&text)?;
     Ok(())
-}
-
-impl IdentifyOptions {
-    /// The settings of the file, which were checked, with the options in their place.
-    fn settings(&self, settings: IdentifySettings) -> Result<IdentifySettings, SettingError> {
-        let mut settings = self.search.over(settings);
-        if let Some(window_s) = self.window_s {
-            settings.window_s = window_s;
-        }
-        settings.from_s = self.from_s.or(settings.from_s);
-        settings.genetic.repeats = self.repeats.unwrap_or(settings.genetic.repeats);
-        if let Some(friction) = self.friction {
-            settings.simulation.contact.friction = friction;
-        }
-        if let Some(lost_links) = self.lost_links {
-            settings.lost_links = match lost_links {
-                LossName::Absent => LossHypothesis::Absent,
-                LossName::Locked => LossHypothesis::Locked,
-                LossName::Either => LossHypothesis::Either,
-            };
-        }
-        let checked = settings.check().map_err(|error| {
-            error.as_option(&[
-                ("window_s", "--window-s"),
-                ("from_s", "--from-s"),
-                ("genetic.repeats", "--repeats"),
-                ("simulation.contact.friction", "--friction"),
-            ])
-        });
-        checked.map(|()| settings)
-    }
 }
 
 /// The answer for people.

@@ -1,6 +1,7 @@
 //! The log that a command reads.
 
 use std::{
+    fs::File,
     io::{self, Read},
     path::{Path, PathBuf},
 };
@@ -9,6 +10,7 @@ use anyhow::Context;
 use clap::Args;
 use mlr_ga::AnswerError;
 use mlr_imu::{Columns, LogError, LogLimits, LogProblem, LogTable, Mounting, Recording};
+use sha2::{Digest, Sha256};
 
 /// What stands for standard input as the name of a log.
 const STDIN: &str = "-";
@@ -185,4 +187,18 @@ impl ReadOptions {
         }
         Ok(columns)
     }
+}
+
+/// SHA-256 of a log's bytes; of standard input, nothing is left to read.
+pub(super) fn sha256(log: &Path) -> anyhow::Result<Option<String>> {
+    if log.as_os_str() == STDIN {
+        return Ok(None);
+    }
+    let mut hash = Sha256::new();
+    let name = || log.display().to_string();
+    let mut file = File::open(log).with_context(name)?;
+    io::copy(&mut file, &mut hash).with_context(name)?;
+    let bytes = hash.finalize();
+    let digits = bytes.iter().map(|byte| format!("{byte:02x}"));
+    Ok(Some(digits.collect()))
 }

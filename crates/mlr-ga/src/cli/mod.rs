@@ -15,6 +15,7 @@ mod explain_sensor;
 mod explain_servo;
 mod export;
 mod failure;
+mod identification;
 mod identify;
 mod import;
 mod log_file;
@@ -26,6 +27,7 @@ mod plot;
 mod probe;
 mod progress;
 mod recover;
+mod report;
 mod resume;
 mod scored;
 mod search_options;
@@ -95,6 +97,12 @@ enum Command {
     /// gaits walk in the model, on robots drawn from what is known of this one, and the best is
     /// improved. Nothing is commanded: the gait is written to files.
     Recover(recover::RecoverOptions),
+    /// Shows what LOG says of its robot as one page that needs no other file.
+    ///
+    /// The page has the robot from above, measured and simulated walk, the damage detector, what is
+    /// probable, and whatever was computed before: --answer saves the identification, --explanation and
+    /// --recovery show what explain and recover found.
+    Report(report::ReportOptions),
     /// Writes a log from the model, with any morphology.
     Simulate(simulate::SimulateOptions),
     /// Writes what is left of a robot for its controller or another simulator: URDF, MJCF or JSON.
@@ -154,6 +162,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Calibrate(options) => calibrate::run(options),
         Command::Probe(options) => probe::run(options),
         Command::Recover(options) => recover::run(options),
+        Command::Report(options) => report::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Export(options) => export::run(options),
         Command::Import(options) => import::run(options),

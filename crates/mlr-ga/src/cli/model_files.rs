@@ -57,6 +57,11 @@ impl ModelFiles {
 }
 
 impl ModelOfLogs {
+    /// The file that describes the robot, if one was named.
+    pub(super) fn robot_file(&self) -> Option<&Path> {
+        self.robot.robot.as_deref()
+    }
+
     /// The robot, the text that describes it, and the gait of each of so many logs.
     pub(super) fn read(&self, logs: usize) -> anyhow::Result<(Robot, String, Vec<Gait>)> {
         let (robot, text) = self.robot.read()?;
@@ -218,8 +223,25 @@ fn load_up_to<T, E>(
 where
     E: std::error::Error + Send + Sync + 'static,
 {
-    let Some(path) = path else { return Ok(None) };
+    path.map(|path| read_file(max_bytes, path, parse))
+        .transpose()
+}
+
+/// The gait of a file.
+pub(super) fn gait_of(path: &Path) -> anyhow::Result<Gait> {
+    read_file(Gait::MOST_FILE_BYTES, path, Gait::from_toml)
+}
+
+/// Reads a file that is no larger than that.
+fn read_file<T, E>(
+    max_bytes: u64,
+    path: &Path,
+    parse: impl FnOnce(&str) -> Result<T, E>,
+) -> anyhow::Result<T>
+where
+    E: std::error::Error + Send + Sync + 'static,
+{
     let name = || path.display().to_string();
     let text = read_text(path, max_bytes).with_context(name)?;
-    parse(&text).map(Some).with_context(name)
+    parse(&text).with_context(name)
 }

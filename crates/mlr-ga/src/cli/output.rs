@@ -35,7 +35,7 @@ impl Table {
     }
 }
 
-/// A new text file that a result goes to.
+/// A new file that a result goes to.
 #[derive(Debug)]
 pub(super) struct ResultFile {
     name: String,
@@ -51,9 +51,9 @@ impl ResultFile {
         Ok(Self { name, file })
     }
 
-    pub(super) fn write(self, text: &str) -> anyhow::Result<()> {
+    pub(super) fn write(self, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
         self.file
-            .write(|file| file.write_all(text.as_bytes()))
+            .write(|file| file.write_all(content.as_ref()))
             .context(self.name)?;
         Ok(())
     }

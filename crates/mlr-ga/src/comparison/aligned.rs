@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use mlr_filter::{MovingMean, OrientationSeries};
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +43,40 @@ impl Alignment {
     /// the compared stretch, counted from the same.
     fn robot_time_s(&self, gait_time_s: f64) -> f64 {
         gait_time_s * (1.0 + self.clock) + self.delay_s
+    }
+
+    /// The inverse: gait time since the same at which the model does what the robot does then.
+    pub(crate) fn gait_time_s(&self, robot_time_s: f64) -> f64 {
+        (robot_time_s - self.delay_s) / (1.0 + self.clock)
+    }
+
+    /// A simulated walk as this robot walks it, where both are compared from gait time `start_s` on.
+    pub(crate) fn of_walk<'a>(
+        &self,
+        walk: &'a OrientationSeries,
+        start_s: f64,
+    ) -> Cow<'a, OrientationSeries> {
+        if *self == Self::default() {
+            return Cow::Borrowed(walk);
+        }
+        let times_s = walk.times_s().iter();
+        let mut times_s: Vec<f64> = times_s
+            .map(|t| start_s + self.robot_time_s(t - start_s))
+            .collect();
+        let mut angles_rad = walk.angles_rad().clone();
+        // Who moves later stands longer.
+        if times_s.first().is_some_and(|first| *first > start_s) {
+            times_s.insert(0, start_s);
+            for axis in [
+                &mut angles_rad.roll,
+                &mut angles_rad.pitch,
+                &mut angles_rad.yaw,
+            ] {
+                axis.insert(0, axis[0]);
+            }
+        }
+        let aligned = OrientationSeries::new(times_s, angles_rad);
+        Cow::Owned(aligned.expect("time stamps and angles stay finite and as many"))
     }
 
     /// Time that the slowest robot needs for `duration_s` of the gait.

@@ -1,7 +1,7 @@
-use mlr_filter::Conditioned;
+use mlr_filter::{Conditioned, EvenSamples};
 use mlr_imu::quality::LogQuality;
 use mlr_model::{LostLinks, Morphology, Variation};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{IdentifiedLog, IdentifySettings, MeasuredWalk, Method, Search};
 use crate::{PaperFit, comparison::Alignment, evaluation::CaseFit};
@@ -83,7 +83,7 @@ pub struct Identification {
 }
 
 /// The model and the alignment under which the best morphology is likeliest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BestFit {
     /// What the lost links are taken to be.
     pub lost_links: LostLinks,
@@ -143,28 +143,33 @@ impl BestFit {
     }
 }
 
-/// Measured and simulated orientation after the filter, from the start of the
-/// walk on.
+/// Measured and simulated orientation of the compared stretch, before and after the filter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComparedSignals {
-    /// Rate of the common time vector.
+    /// Rate of the common time vector after the filter.
     pub rate_hz: f64,
-    /// The recording.
+    /// The recording after the filter.
     pub measured: Conditioned,
-    /// The walk of the best morphology.
+    /// The walk of the morphology after the filter.
     pub simulated: Conditioned,
+    /// The recording before the filter.
+    pub measured_unfiltered: EvenSamples,
+    /// The walk of the morphology before the filter.
+    pub simulated_unfiltered: EvenSamples,
 }
 
 impl ComparedSignals {
     pub(crate) fn new(
         measured: &MeasuredWalk,
-        simulated: Conditioned,
+        simulated: PaperFit,
         settings: &IdentifySettings,
     ) -> Self {
         Self {
             rate_hz: settings.filter.rate_hz,
             measured: measured.conditioned().clone(),
-            simulated,
+            simulated: simulated.simulated,
+            measured_unfiltered: measured.unfiltered().clone(),
+            simulated_unfiltered: simulated.unfiltered,
         }
     }
 }

@@ -62,7 +62,7 @@ impl LogVerdict {
             fit: self.fit,
             log_quality: measured.quality().clone(),
             warnings: measured.warnings().to_vec(),
-            signals: ComparedSignals::new(measured, self.paper_fit.simulated, settings),
+            signals: ComparedSignals::new(measured, self.paper_fit, settings),
         }
     }
 }

@@ -1,5 +1,6 @@
 use mlr_filter::{
-    Conditioned, DetectorSettings, FourierFilter, MotionStart, OrientationSeries, Window,
+    Conditioned, DetectorSettings, EvenSamples, FourierFilter, MotionStart, OrientationSeries,
+    Window,
 };
 use mlr_imu::{
     Recording,
@@ -33,6 +34,7 @@ pub struct MeasuredWalk {
     window: Window,
     phase: GaitPhase,
     stretch: Stretch,
+    unfiltered: EvenSamples,
     conditioned: Conditioned,
     quality: LogQuality,
     unchanged_until_s: Option<f64>,
@@ -222,8 +224,9 @@ impl MeasuredWalk {
             return Err(finding.clone().into());
         }
         require_fast_enough(&quality, settings)?;
-        let cut = window.cut(&recording, &settings.sampling)?;
-        let conditioned = FourierFilter::new(settings.filter, window.duration_s)?.condition(&cut);
+        let unfiltered = window.cut(&recording, &settings.sampling)?;
+        let mut filter = FourierFilter::new(settings.filter, window.duration_s)?;
+        let conditioned = filter.condition(&unfiltered);
         let stretch = Stretch::new(&recording, window, phase, gait);
         Ok(Self {
             recording,
@@ -231,6 +234,7 @@ impl MeasuredWalk {
             window,
             phase,
             stretch,
+            unfiltered,
             conditioned,
             quality,
             unchanged_until_s: begin.and_then(|begin| begin.unchanged_until_s),
@@ -272,6 +276,11 @@ impl MeasuredWalk {
     /// Phase of the gait at its start.
     pub fn phase(&self) -> GaitPhase {
         self.phase
+    }
+
+    /// Roll, pitch and yaw before the filter.
+    pub fn unfiltered(&self) -> &EvenSamples {
+        &self.unfiltered
     }
 
     /// Roll, pitch and yaw after the filter.
