@@ -214,10 +214,20 @@ fn texts_from_files_stay_texts() {
 fn numbers_that_make_no_sense_leave_a_page() {
     let mut found = identification();
     found["leg_damage_probability"] = serde_json::json!([-1.0, 2.0, 1e300]);
-    found["cost_per_generation"] = serde_json::json!([]);
+    found["cost_per_generation"] = serde_json::json!([null]);
     found["probability"] = (-0.5).into();
     let page = page(&found, None, &Robot::jethexa(), |_| {});
     assert!(page.contains("not known"));
     assert!(page.contains("it has no generations"));
     assert!(!page.contains("NaN"));
+}
+
+#[test]
+fn an_endless_answer_makes_no_endless_page() {
+    let mut found = identification();
+    found["cost_per_generation"] = vec![1.25; 200_000].into();
+    let alternative = found["alternatives"][0].clone();
+    found["alternatives"] = vec![alternative; 2_000].into();
+    let page = page(&found, None, &Robot::jethexa(), |_| {});
+    assert!(page.len() < 1_000_000, "{} bytes", page.len());
 }

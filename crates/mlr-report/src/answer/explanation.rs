@@ -8,9 +8,7 @@ use serde::Deserialize;
 pub struct Explanation {
     /// The log.
     pub log: String,
-    /// The morphology as identified at first.
-    pub morphology_before: Morphology,
-    /// The same with all effects in place.
+    /// The morphology with all effects in place.
     pub morphology: Morphology,
     /// Probability of each kind of effect, of `none` and `unknown`.
     pub effect_probability: BTreeMap<String, f64>,

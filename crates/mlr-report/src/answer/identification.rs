@@ -55,9 +55,9 @@ pub struct Identification {
     pub window_s: f64,
     /// Morphologies evaluated.
     pub evaluations: usize,
-    /// Best cost so far in degrees, generation by generation.
+    /// Best cost so far in degrees, generation by generation; none where every walk had diverged.
     #[serde(default)]
-    pub cost_per_generation: Vec<f64>,
+    pub cost_per_generation: Vec<Option<f64>>,
     /// What the first log says about itself.
     #[serde(default)]
     pub log_quality: LogQuality,

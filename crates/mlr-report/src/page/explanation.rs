@@ -21,6 +21,8 @@ pub(super) struct ExplanationView {
     pub(super) errors: Vec<ErrorView>,
     pub(super) stretches: [String; 2],
     pub(super) remains: String,
+    /// Axis; mean without and with the effects; irregular part without and with them.
+    pub(super) residuals: Vec<[String; 5]>,
     pub(super) candidates: Vec<[String; 3]>,
     pub(super) warnings: Vec<String>,
 }
@@ -99,6 +101,7 @@ impl ExplanationView {
             ],
             stretches: [found.stretches_s.fit, found.stretches_s.validation].map(stretch),
             remains: remains(found),
+            residuals: residuals(found),
             candidates: candidates.collect(),
             warnings: found.warnings.clone(),
         }
@@ -180,6 +183,26 @@ fn hypotheses(found: &Explanation) -> Vec<HypothesisView> {
             }
         })
         .collect()
+}
+
+fn residuals(found: &Explanation) -> Vec<[String; 5]> {
+    let (before, after) = (&found.residual_before, &found.residual_after);
+    let axes = [
+        ("roll", &before.roll, &after.roll),
+        ("pitch", &before.pitch, &after.pitch),
+        ("yaw", &before.yaw, &after.yaw),
+    ];
+    let deg = |value: f64| signed(&format!("{value:.2}°"));
+    axes.map(|(axis, before, after)| {
+        [
+            axis.into(),
+            deg(before.walking_deg),
+            deg(after.walking_deg),
+            deg(before.irregular_deg),
+            deg(after.irregular_deg),
+        ]
+    })
+    .into()
 }
 
 fn remains(found: &Explanation) -> String {

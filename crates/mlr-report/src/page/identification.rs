@@ -150,6 +150,9 @@ fn legs_of(report: &Report<'_>) -> Vec<LegView> {
     .collect()
 }
 
+/// Of the ranked morphologies, those that are shown.
+const SHOWN: usize = 20;
+
 fn morphologies(report: &Report<'_>) -> Vec<MorphologyView> {
     let found = report.identification;
     let best = (
@@ -179,5 +182,5 @@ fn morphologies(report: &Report<'_>) -> Vec<MorphologyView> {
         locked: locked.map_or("–".into(), percent),
         cost: format!("{cost_rad:.2}"),
     };
-    ranked.map(view).collect()
+    ranked.take(SHOWN).map(view).collect()
 }

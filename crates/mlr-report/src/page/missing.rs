@@ -31,7 +31,8 @@ pub(crate) fn of(report: &Report<'_>) -> Vec<Missing> {
             ),
         });
     }
-    if report.identification.cost_per_generation.is_empty() {
+    let course = &report.identification.cost_per_generation;
+    if course.iter().all(Option::is_none) {
         missing.push(Missing {
             what: "The best cost per generation",
             why: "the search was no genetic algorithm: it has no generations.".into(),
