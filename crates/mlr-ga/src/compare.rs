@@ -8,6 +8,7 @@ use crate::{AnswerError, ComparedSignals, IdentifySettings, MeasuredWalk, Model,
 
 /// How a morphology's walk on the nominal model compares with a recording after Algorithm 2.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Comparison {
     /// The morphology.
     pub morphology: Morphology,

@@ -47,6 +47,7 @@ mod configuration;
 mod cost;
 mod detect;
 mod diagnose;
+mod documented_settings;
 mod evaluation;
 pub mod exact;
 mod explain;
@@ -78,6 +79,7 @@ pub use diagnose::{
     DiagnosisMotion, DiagnosisReport, DiagnosisSegment, OpenMorphology, OpenQuestion,
     diagnosis_motion,
 };
+pub use documented_settings::documented_toml;
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use explain::{
     ExplainError, ExplainSettings, Explained, ExplanationReport, explain, walk_record,

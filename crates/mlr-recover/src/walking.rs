@@ -8,6 +8,7 @@ use crate::possible_robot::PossibleRobot;
 
 /// How one robot walks, or the mean over several.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Walking {
     /// Speed along its heading.
     pub speed_m_per_s: f64,

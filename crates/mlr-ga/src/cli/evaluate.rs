@@ -8,6 +8,7 @@ use mlr_ga::{
     scoring::{LogScore, TotalScore, Truth, read_truths},
 };
 use mlr_imu::{Columns, Recording, read_log};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -34,8 +35,9 @@ pub(super) struct EvaluateOptions {
     config: Option<PathBuf>,
 }
 
-#[derive(Serialize)]
-struct Report {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     method: Method,
     search: Search,
@@ -43,7 +45,7 @@ struct Report {
     total: TotalScore,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DirectoryReport {
     directory: PathBuf,
     #[serde(flatten)]

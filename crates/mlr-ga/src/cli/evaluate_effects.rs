@@ -14,6 +14,7 @@ use mlr_ga::{
     },
 };
 use mlr_imu::{Columns, read_log};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -49,8 +50,9 @@ pub(super) struct EvaluateEffectsOptions {
 }
 
 /// What became of the logs.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Report {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     pub(super) logs: Vec<EffectsScore>,
     pub(super) unanswered: Vec<UnansweredLog>,

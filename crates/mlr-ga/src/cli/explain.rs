@@ -6,6 +6,7 @@ use clap::Args;
 use mlr_ga::{
     Configuration, ExplainSettings, Explained, ExplanationReport, Model, WalkStart, explain,
 };
+use mlr_model::Robot;
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
 use super::{
@@ -99,12 +100,12 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     if let Some(file) = file {
         file.write(&json)?;
     }
-    let text = if options.json { json } else { table(&report) };
+    let text = if options.json { json } else { table(&report, &robot) };
     Ok(output::result(&text)?)
 }
 
 /// The answer for people.
-fn table(report: &ExplanationReport) -> String {
+fn table(report: &ExplanationReport, robot: &Robot) -> String {
     let found = &report.explanation;
     let mut table = output::Table::default();
     table.line("log", &report.log);
@@ -117,7 +118,7 @@ fn table(report: &ExplanationReport) -> String {
             format!("{}  with the effects in place", found.morphology),
         );
     }
-    table.line("legs damaged", legs(&found.damaged_legs));
+    table.line("legs damaged", legs(&found.damaged_legs, robot));
     let length = |[from_s, to_s]: [f64; 2]| to_s - from_s;
     let stretches = &found.stretches_s;
     table.line(
@@ -175,12 +176,12 @@ fn table(report: &ExplanationReport) -> String {
     table.into_text()
 }
 
-fn legs(numbers: &[usize]) -> String {
+fn legs(numbers: &[usize], robot: &Robot) -> String {
     if numbers.is_empty() {
         return "none".into();
     }
-    let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
-    numbers.join(", ")
+    let named = numbers.iter().map(|&number| robot.numbered_name(number));
+    named.collect::<Vec<_>>().join(", ")
 }
 
 fn errors(error: &StretchErrors) -> String {

@@ -8,6 +8,7 @@ use mlr_ga::{
     IdentificationReport, IdentifySettings, LogReport, LossHypothesis, Method, Search,
     identify_together,
 };
+use mlr_model::Robot;
 
 use super::{
     atlas_files::AtlasFiles,
@@ -105,7 +106,7 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let text = if options.json {
         serde_json::to_string(&report)? + "\n"
     } else {
-        table(&report)
+        table(&report, &robot)
     };
     output::result(&text)?;
     Ok(())
@@ -143,8 +144,9 @@ impl IdentifyOptions {
 }
 
 /// The answer for people.
-fn table(report: &IdentificationReport) -> String {
+fn table(report: &IdentificationReport, robot: &Robot) -> String {
     let answer = &report.identification;
+    let description = answer.morphology.describe_on(robot);
     let mut table = output::Table::default();
     match report.logs.is_empty() {
         true => table.line("log", &report.log),
@@ -157,9 +159,9 @@ fn table(report: &IdentificationReport) -> String {
             "damage",
             format!("not known: no morphology explains this log ({doubt})"),
         );
-        table.line("closest", format!("{}: {morphology}", answer.description));
+        table.line("closest", format!("{description}: {morphology}"));
     } else {
-        table.line("damage", &answer.description);
+        table.line("damage", description);
         table.line("morphology", morphology);
     }
     table.line(

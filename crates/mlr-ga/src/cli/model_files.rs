@@ -199,5 +199,6 @@ where
     let Some(path) = path else { return Ok(None) };
     let name = || path.display().to_string();
     let text = read_text(path, max_bytes).with_context(name)?;
+    log::debug!("{}: {} bytes", path.display(), text.len());
     parse(&text).map(Some).with_context(name)
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -46,13 +47,13 @@ impl EvaluationOptions {
 }
 
 /// The scores of the logs that were answered, and why the others were not.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Scored<S> {
     pub(super) logs: Vec<S>,
     unanswered: Vec<Unanswered>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Unanswered {
     log: String,
     reason: String,

@@ -6,6 +6,7 @@ use crate::Identification;
 
 /// One answer against the truth.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LogScore {
     /// Name of the log.
     pub log: String,
