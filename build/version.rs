@@ -10,7 +10,9 @@ fn main() {
     println!("cargo::rerun-if-changed=../../build/version.rs");
     println!("cargo::rerun-if-env-changed=MLR_COMMIT");
     let version = env::var("CARGO_PKG_VERSION").unwrap_or_default();
-    let named = env::var("MLR_COMMIT").ok().filter(|commit| !commit.is_empty());
+    let named = env::var("MLR_COMMIT")
+        .ok()
+        .filter(|commit| !commit.is_empty());
     let is_release = env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let commit = named.or_else(|| is_release.then(checked_out).flatten());
     match commit {

@@ -121,23 +121,31 @@ impl<'s> Document<'s> {
 
     fn schema(&self, path: &[&str]) -> Option<&'s Value> {
         path.iter().try_fold(self.root, |schema, key| {
-            Some(self.properties(schema).into_iter().find(|(name, _)| name == key)?.1)
+            Some(
+                self.properties(schema)
+                    .into_iter()
+                    .find(|(name, _)| name == key)?
+                    .1,
+            )
         })
     }
 
     fn properties(&self, schema: &'s Value) -> Vec<(&'s str, &'s Value)> {
         let schema = self.resolved(schema);
-        let schema = schema.get("items").map_or(schema, |items| self.resolved(items));
+        let schema = schema
+            .get("items")
+            .map_or(schema, |items| self.resolved(items));
         let properties = schema.get("properties").and_then(Value::as_object);
         let all = properties.into_iter().flat_map(Map::iter);
-        all.map(|(key, property)| (key.as_str(), property)).collect()
+        all.map(|(key, property)| (key.as_str(), property))
+            .collect()
     }
 
     /// What a reference refers to; of a value that may be absent, the value.
     fn resolved(&self, schema: &'s Value) -> &'s Value {
-        let of_reference = schema["$ref"].as_str().and_then(|name| {
-            self.root.pointer(name.strip_prefix('#')?)
-        });
+        let of_reference = schema["$ref"]
+            .as_str()
+            .and_then(|name| self.root.pointer(name.strip_prefix('#')?));
         let present = || {
             let mut any = schema["anyOf"].as_array()?.iter();
             any.find(|schema| schema["type"] != "null")

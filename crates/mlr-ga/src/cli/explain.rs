@@ -100,7 +100,11 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     if let Some(file) = file {
         file.write(&json)?;
     }
-    let text = if options.json { json } else { table(&report, &robot) };
+    let text = if options.json {
+        json
+    } else {
+        table(&report, &robot)
+    };
     Ok(output::result(&text)?)
 }
 

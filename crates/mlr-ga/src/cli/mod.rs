@@ -27,9 +27,9 @@ mod progress;
 mod recover;
 mod resume;
 mod schema;
-mod shell;
 mod scored;
 mod search_options;
+mod shell;
 mod side_by_side;
 mod simulate;
 
@@ -170,7 +170,11 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(cli.global.threads.unwrap_or_default())
         .build()?;
-    log::debug!("version {}, {} threads", env!("MLR_VERSION"), pool.current_num_threads());
+    log::debug!(
+        "version {}, {} threads",
+        env!("MLR_VERSION"),
+        pool.current_num_threads()
+    );
     pool.install(|| match &cli.command {
         Command::Identify(options) => identify::run(options),
         Command::Detect(options) => detect::run(options),

@@ -35,7 +35,10 @@ macro_rules! kept {
         Named {
             name: $name,
             text: || {
-                Ok(include_str!(concat!("../../../../docs/schemas/", $name, ".schema.json")).into())
+                Ok(
+                    include_str!(concat!("../../../../docs/schemas/", $name, ".schema.json"))
+                        .into(),
+                )
             },
         }
     };

@@ -25,7 +25,10 @@ pub(super) struct ManOptions {
 }
 
 /// Prints what a shell reads.
-pub(super) fn completions(options: &CompletionsOptions, mut program: Command) -> anyhow::Result<()> {
+pub(super) fn completions(
+    options: &CompletionsOptions,
+    mut program: Command,
+) -> anyhow::Result<()> {
     let name = program.get_name().to_string();
     let mut script = Vec::new();
     clap_complete::generate(options.shell, &mut program, name, &mut script);
@@ -48,7 +51,11 @@ pub(super) fn man(options: &ManOptions, program: Command) -> anyhow::Result<()> 
     for (file, (_, page)) in files.into_iter().zip(&pages) {
         file.write(page)?;
     }
-    Ok(output::result(&format!("{}: {} pages\n", folder.display(), pages.len()))?)
+    Ok(output::result(&format!(
+        "{}: {} pages\n",
+        folder.display(),
+        pages.len()
+    ))?)
 }
 
 fn collect_pages(command: &Command, pages: &mut Vec<(String, String)>) -> anyhow::Result<()> {

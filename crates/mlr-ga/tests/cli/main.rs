@@ -6,6 +6,7 @@
 mod atlas;
 mod bad_input;
 mod calibrate;
+mod described;
 mod evaluate_effects;
 mod exchange;
 mod explain_sensor;
@@ -19,4 +20,5 @@ mod probe;
 mod program;
 mod recover;
 mod round_trip;
+mod schema_check;
 mod several_logs;

@@ -80,7 +80,11 @@ impl Morphology {
         for leg in self.damaged_legs() {
             let remaining = self.remaining(leg - 1);
             if remaining > 0 {
-                parts.push(format!("leg {} lost from link {} on", name(leg), remaining + 1));
+                parts.push(format!(
+                    "leg {} lost from link {} on",
+                    name(leg),
+                    remaining + 1
+                ));
             }
         }
         if parts.is_empty() {
