@@ -168,10 +168,14 @@ impl<'s> Document<'s> {
         let mut listed = Vec::new();
         for choice in choices {
             let values = choice["enum"].as_array().into_iter().flatten();
-            listed.extend(values.chain(choice.get("const")).map(|value| {
+            let values = values.chain(choice.get("const")).map(Value::to_string);
+            // A choice with a number of its own.
+            let keyed = choice["properties"].as_object().into_iter().flat_map(Map::keys);
+            let keyed = keyed.map(|key| format!("{{ {key} = … }}"));
+            listed.extend(values.chain(keyed).map(|value| {
                 let of_value = text(choice).trim_end_matches('.');
                 match of_value.is_empty() {
-                    true => value.to_string(),
+                    true => value,
                     false => format!("{value} ({of_value})"),
                 }
             }));

@@ -60,6 +60,7 @@ mod probe;
 mod recording;
 mod recover;
 pub mod scoring;
+mod shard;
 pub mod walks;
 
 pub use answer_error::AnswerError;
@@ -100,6 +101,7 @@ pub use recover::{
     NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, diagnosis_of_explanation,
     diagnosis_of_identification, diagnosis_of_json, recovery_gait,
 };
+pub use shard::{Shard, ShardError};
 
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};

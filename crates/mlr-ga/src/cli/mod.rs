@@ -16,6 +16,7 @@ mod export;
 mod failure;
 mod identify;
 mod import;
+mod kept_results;
 mod log_file;
 mod markdown;
 mod model_files;

@@ -9,6 +9,8 @@ use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
 use mlr_residual::walk::EvidenceSettings;
 
+use super::resume::checksum_of_file;
+
 /// Replaces the embedded robot and gait.
 #[derive(Debug, Args)]
 pub(super) struct ModelFiles {
@@ -119,9 +121,11 @@ pub(super) struct AtlasFile {
 }
 
 impl AtlasFile {
-    /// The file, if one was named.
-    pub(super) fn path(&self) -> Option<&Path> {
-        self.atlas.as_deref()
+    /// Check sum of the file, if one was named.
+    pub(super) fn checksum(&self) -> anyhow::Result<Option<String>> {
+        let of =
+            |path: &PathBuf| checksum_of_file(path).with_context(|| path.display().to_string());
+        self.atlas.as_ref().map(of).transpose()
     }
 
     /// The atlas, if one was named; it must belong to this robot, gait and settings.

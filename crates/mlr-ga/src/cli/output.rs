@@ -129,7 +129,7 @@ pub(super) fn say_up_to(level: LevelFilter) {
 
 /// Whether notes and progress are wanted.
 pub(super) fn is_quiet() -> bool {
-    log::max_level() < Level::Info
+    log::max_level() == LevelFilter::Error
 }
 
 struct Stderr;

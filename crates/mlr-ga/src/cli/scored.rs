@@ -1,15 +1,14 @@
-//! Logs whose truth is known, answered one after the other.
+//! Logs whose truth is known, and what became of them.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     model_files::{AtlasFile, ModelFiles},
     output,
-    progress::Bar,
     search_options::SearchOptions,
 };
 
@@ -53,35 +52,44 @@ pub(super) struct Scored<S> {
     unanswered: Vec<Unanswered>,
 }
 
-#[derive(Serialize, JsonSchema)]
-struct Unanswered {
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub(super) struct Unanswered {
     log: String,
     reason: String,
 }
 
-impl<S> Scored<S> {
-    /// Scores each log; one without an answer does not keep the others from theirs.
-    pub(super) fn all<T>(
-        truths: &[T],
-        name: impl Fn(&T) -> &str,
-        bar: &Bar,
-        mut score: impl FnMut(&T) -> anyhow::Result<S>,
-    ) -> Self {
-        let mut scored = Self {
-            logs: Vec::new(),
-            unanswered: Vec::new(),
-        };
-        for truth in truths {
-            match score(truth) {
-                Ok(score) => scored.logs.push(score),
-                Err(error) => scored.unanswered.push(Unanswered {
-                    log: name(truth).to_string(),
-                    reason: format!("{error:#}"),
-                }),
-            }
-            bar.next_log();
+/// What became of one log.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Outcome<S> {
+    Scored(S),
+    Unanswered(Unanswered),
+}
+
+impl<S> Outcome<S> {
+    /// One log without an answer does not keep the others from theirs.
+    pub(super) fn of(log: &str, score: anyhow::Result<S>) -> Self {
+        match score {
+            Ok(score) => Self::Scored(score),
+            Err(error) => Self::Unanswered(Unanswered {
+                log: log.into(),
+                reason: format!("{error:#}"),
+            }),
         }
-        scored
+    }
+}
+
+impl<S> Scored<S> {
+    /// What became of all logs, in their order.
+    pub(super) fn new(outcomes: impl Iterator<Item = Outcome<S>>) -> Self {
+        let (mut logs, mut unanswered) = (Vec::new(), Vec::new());
+        for outcome in outcomes {
+            match outcome {
+                Outcome::Scored(score) => logs.push(score),
+                Outcome::Unanswered(log) => unanswered.push(log),
+            }
+        }
+        Self { logs, unanswered }
     }
 
     /// How many logs have no answer.

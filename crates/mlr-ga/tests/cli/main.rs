@@ -22,3 +22,4 @@ mod recover;
 mod round_trip;
 mod schema_check;
 mod several_logs;
+mod shards;
