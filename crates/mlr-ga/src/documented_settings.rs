@@ -170,7 +170,10 @@ impl<'s> Document<'s> {
             let values = choice["enum"].as_array().into_iter().flatten();
             let values = values.chain(choice.get("const")).map(Value::to_string);
             // A choice with a number of its own.
-            let keyed = choice["properties"].as_object().into_iter().flat_map(Map::keys);
+            let keyed = choice["properties"]
+                .as_object()
+                .into_iter()
+                .flat_map(Map::keys);
             let keyed = keyed.map(|key| format!("{{ {key} = … }}"));
             listed.extend(values.chain(keyed).map(|value| {
                 let of_value = text(choice).trim_end_matches('.');

@@ -59,6 +59,7 @@ mod paper_cost;
 mod probe;
 mod recording;
 mod recover;
+mod robot_check;
 pub mod scoring;
 mod shard;
 pub mod walks;
@@ -101,6 +102,7 @@ pub use recover::{
     NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, diagnosis_of_explanation,
     diagnosis_of_identification, diagnosis_of_json, recovery_gait,
 };
+pub use robot_check::{RobotCheck, UnfitRobot, check_robot, stance_center_m, stance_joints_m};
 pub use shard::{Shard, ShardError};
 
 // What every use of this crate needs of the others.

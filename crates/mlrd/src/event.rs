@@ -13,7 +13,7 @@ use crate::{
 
 /// One line. `t_s` counts from the first sample.
 #[derive(Debug, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Event<'a> {
     time: String,
     t_s: f64,
@@ -41,7 +41,7 @@ impl Serialize for Level {
     }
 }
 
-#[cfg(test)]
+#[cfg(feature = "schema")]
 impl schemars::JsonSchema for Level {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Level".into()
@@ -59,7 +59,7 @@ impl schemars::JsonSchema for Level {
 
 /// What happened.
 #[derive(Debug, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Kind {
     /// The daemon runs.
@@ -184,7 +184,7 @@ pub enum Kind {
 
 /// How things are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Status {
     /// Valid frames.
     pub good: u64,

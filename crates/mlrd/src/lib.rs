@@ -31,8 +31,6 @@ pub mod recovery_offer;
 pub mod robot_model;
 pub mod sample_rate;
 pub mod saved_state;
-#[cfg(test)]
-mod schemas;
 pub mod sensor;
 mod sensor_correction;
 pub mod sensor_fault;

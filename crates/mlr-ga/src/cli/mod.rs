@@ -27,6 +27,8 @@ mod probe;
 mod progress;
 mod recover;
 mod resume;
+mod robot;
+mod robot_drawing;
 mod schema;
 mod scored;
 mod search_options;
@@ -109,6 +111,8 @@ enum Command {
     ///
     /// What was left out, what had to be assumed, and how far the feet are off is said.
     Import(import::ImportRobotOptions),
+    /// Checks the description of another robot, and draws it.
+    Robot(robot::RobotOptions),
     /// Simulates walks beforehand, for instant answers.
     Atlas(atlas::AtlasOptions),
     /// Scores answers on directories of logs against what was done to the robots.
@@ -189,6 +193,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Simulate(options) => simulate::run(options),
         Command::Export(options) => export::run(options),
         Command::Import(options) => import::run(options),
+        Command::Robot(options) => robot::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
         Command::EvaluateEffects(options) => evaluate_effects::run(options),

@@ -4,7 +4,7 @@ use clap::{Args, builder::PossibleValuesParser};
 use mlr_exchange::ExportedJson;
 use mlr_ga::{
     CalibrationReport, Configuration, DiagnosisReport, ExplanationReport, IdentificationReport,
-    IdentifySettings, Method, ProbeReport, RecoveryReport, documented_toml,
+    IdentifySettings, Method, ProbeReport, RecoveryReport, RobotCheck, documented_toml,
 };
 use schemars::{JsonSchema, Schema, generate::SchemaSettings};
 
@@ -65,6 +65,7 @@ const SCHEMAS: &[Named] = &[
     printed!("probe", ProbeReport),
     printed!("recovery", RecoveryReport),
     printed!("robot", ExportedJson),
+    printed!("robot-check", RobotCheck),
     printed!("sensor-explanation", explain_sensor::Report<'static>),
     printed!("sensor-transfer", explain_sensor::TransferReport<'static>),
     printed!("servo-explanation", explain_servo::Report<'static>),

@@ -19,6 +19,7 @@ mod paper_method;
 mod probe;
 mod program;
 mod recover;
+mod robot_check;
 mod round_trip;
 mod schema_check;
 mod several_logs;

@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::{
     atlas::{CRAWL, QUADRUPED},
-    program::Folder,
+    program::{Folder, HEADER},
 };
 
 #[test]
@@ -86,7 +86,10 @@ fn an_atlas_of_parts_has_the_bytes_of_one_that_was_built_at_once() {
         &["other-gait", "another atlas", "gait"],
     );
     // A part is no atlas.
-    let log = folder.path("none.csv");
+    let log = folder.write(
+        "log.csv",
+        format!("{HEADER}0,0,0,0\n0.01,0,0,0\n0.02,0,0,0\n"),
+    );
     let part = folder.path("1-of-3");
     let identify = [
         "identify", &log, "--atlas", &part, "--robot", &robot, "--gait", &gait,
@@ -117,7 +120,7 @@ fn logs(folder: &Folder) {
 
 #[test]
 fn evaluations_of_parts_print_what_one_process_prints() {
-    for command in ["evaluate", "evaluate-effects"] {
+    for (command, counts) in [("evaluate", &[3][..]), ("evaluate-effects", &[1, 3, 8])] {
         let folder = Folder::new();
         logs(&folder);
         let directory = folder.path("");
@@ -125,7 +128,7 @@ fn evaluations_of_parts_print_what_one_process_prints() {
             |more: &[&str]| folder.succeeds(&[&[command, &directory, "--json"], more].concat());
         let whole = run(&[]);
         assert!(whole.contains("log-11"), "{whole}");
-        for count in [1, 3, 8] {
+        for &count in counts {
             let parts: Vec<String> = (1..=count)
                 .map(|number| {
                     let file = folder.path(&format!("{number}-of-{count}.jsonl"));
@@ -152,7 +155,7 @@ fn evaluations_of_parts_print_what_one_process_prints() {
         );
         refused(
             &["--merge", &one, &two, &three, &two],
-            &["log-02 has a result already"],
+            &["has a result already, expected each part once"],
         );
         refused(
             &["--seed", "2", "--merge", &one, &two, &three],
