@@ -9,6 +9,7 @@ use crate::SettingError;
 
 /// Parameters of the damage detector, with the paper's values as defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct DetectorSettings {
     /// Length of the window in which roll and pitch fluctuate; about half a gait

@@ -9,6 +9,7 @@ use crate::{Axes, Axis, EvenSamples, PowerSpectrum, SettingError, Spectrum, spec
 
 /// Parameters of the filter, with the paper's values as defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FilterSettings {
     /// F_c: higher frequencies are removed.

@@ -10,6 +10,7 @@ use crate::{
 
 /// Parameters of the search for the start of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MotionSettings {
     /// Length of the sliding window in which the fluctuation (maximum minus

@@ -16,6 +16,7 @@ pub struct Window {
 
 /// What a recording must offer within a window.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SamplingLimits {
     /// Lowest mean sampling rate. The default lets a sensor of nominally 50 Hz pass whose

@@ -10,6 +10,7 @@ use crate::{
 
 /// How a morphology's walk on a model compares with a recording after Algorithm 2.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Comparison {
     /// The morphology.
     pub morphology: Morphology,

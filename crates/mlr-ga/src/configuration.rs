@@ -33,6 +33,7 @@ use crate::{IdentifySettings, Method};
 /// # Ok::<(), mlr_ga::ConfigurationError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Configuration {
     /// Ranges of the MPU6050 that raw counts come from.
     pub full_scale: FullScale,

@@ -58,6 +58,7 @@ impl DetectionSettings {
 
 /// The answer. Serialises to the fields of `mlr.detection/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Detection {
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,

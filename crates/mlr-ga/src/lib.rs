@@ -47,6 +47,7 @@ mod configuration;
 mod cost;
 mod detect;
 mod diagnose;
+mod documented_settings;
 mod evaluation;
 pub mod exact;
 mod explain;
@@ -58,7 +59,9 @@ mod paper_cost;
 mod probe;
 mod recording;
 mod recover;
+mod robot_check;
 pub mod scoring;
+mod shard;
 pub mod walks;
 
 pub use answer_error::AnswerError;
@@ -78,6 +81,7 @@ pub use diagnose::{
     DiagnosisMotion, DiagnosisReport, DiagnosisSegment, OpenMorphology, OpenQuestion,
     diagnosis_motion,
 };
+pub use documented_settings::documented_toml;
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use explain::{
     ExplainError, ExplainSettings, Explained, ExplanationReport, explain, walk_record,
@@ -98,6 +102,8 @@ pub use recover::{
     NoRecovery, RecoveryOf, RecoveryReport, ReportedOutlook, diagnosis_of_explanation,
     diagnosis_of_identification, diagnosis_of_json, recovery_gait,
 };
+pub use robot_check::{RobotCheck, UnfitRobot, check_robot, stance_center_m, stance_joints_m};
+pub use shard::{Shard, ShardError};
 
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};

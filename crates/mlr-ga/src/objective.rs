@@ -33,6 +33,7 @@ pub struct WalkObjective<'a> {
 
 /// What a lost link may have become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum LossHypothesis {
     /// Gone, with its mass.

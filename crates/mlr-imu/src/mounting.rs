@@ -23,6 +23,7 @@ use crate::ImuSample;
 /// assert!((rate - Vector3::y()).norm() < 1e-12);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Mounting {
     /// Roll of the sensor relative to the body (REP-103, R = Rz·Ry·Rx).

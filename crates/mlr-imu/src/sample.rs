@@ -26,6 +26,7 @@ pub struct ImuSample {
 /// Full-scale ranges of an MPU6050, which set the meaning of its counts (data
 /// sheet, registers 27 and 28).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FullScale {
     /// Range of the accelerometer.
@@ -36,6 +37,7 @@ pub struct FullScale {
 
 /// Range of the accelerometer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum AccelerometerRange {
     /// ±2 g, 16384 counts per g.
@@ -51,6 +53,7 @@ pub enum AccelerometerRange {
 
 /// Range of the gyroscope.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum GyroscopeRange {
     /// ±250 °/s, 131 counts per °/s.

@@ -9,6 +9,7 @@ use crate::Robot;
 /// link. Faults are written in files, so that legs, joints and links are numbered
 /// from 1, from the body outward.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Fault {
     /// A foot grips otherwise than the others.

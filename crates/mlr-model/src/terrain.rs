@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// The robot starts at the origin, parallel to the plane.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Terrain {
     /// Angle between the plane and the horizontal.
@@ -26,6 +27,7 @@ pub struct Terrain {
 
 /// Random heights on a square grid, with triangles between them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Roughness {
     /// Heights are uniform between zero and this.

@@ -7,6 +7,7 @@ use crate::{GroundContact, ModelError, Robot, Servo, SimulationSettings, Terrain
 
 /// A mass that rides on the body and is in no description.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Payload {
     /// Its mass.
@@ -26,6 +27,7 @@ impl Payload {
 /// nobody measured, within what is usual. Relative to the nominal model, so that
 /// it fits any robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Variation {
     /// Friction of the ground over the nominal one.

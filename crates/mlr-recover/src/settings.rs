@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a gait is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RecoverSettings {
     /// No joint turns further from the posture of its leg than this: half of what a servo with 240°

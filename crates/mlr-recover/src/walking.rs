@@ -8,6 +8,7 @@ use crate::possible_robot::PossibleRobot;
 
 /// How one robot walks, or the mean over several.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Walking {
     /// Speed along its heading.
     pub speed_m_per_s: f64,
@@ -32,8 +33,9 @@ const LEAST_SPEED_M_PER_S: f64 = 0.002;
 const AT_LIMIT: f64 = 0.999;
 
 impl Walking {
-    /// A walk from gait time `from_s` on, whose cycles take `cycle_s`.
-    pub(crate) fn of(
+    /// A walk from gait time `from_s` on, whose cycles take `cycle_s`, as [`PossibleRobot::walk`]
+    /// records it.
+    pub fn of(
         robot: &PossibleRobot,
         walked: &Trajectory,
         from_s: f64,

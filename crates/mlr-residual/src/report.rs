@@ -12,6 +12,7 @@ use crate::{
 
 /// An effect that was added to the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Effect {
     /// Name of the effect.
     pub kind: String,
@@ -39,6 +40,7 @@ pub struct Effect {
 
 /// Root mean square errors on the stretches of a record ([`Stretches`]), degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ErrorDeg {
     /// On the fit stretch.
     pub fit_deg: f64,
@@ -66,6 +68,7 @@ impl ErrorDeg {
 
 /// A simpler correction that an explanation is compared with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Baseline {
     /// Name of the correction.
     pub name: &'static str,
@@ -76,6 +79,7 @@ pub struct Baseline {
 
 /// An effect that was tried last on top of those added, and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Candidate {
     /// Name of the effect.
     pub kind: String,
@@ -91,6 +95,7 @@ pub struct Candidate {
 
 /// The residual on the test stretch.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ResidualDescription {
     /// The sensor's axis, if known.
     pub axis: Option<char>,
@@ -110,6 +115,7 @@ pub struct ResidualDescription {
 
 /// Why the integral of a gyroscope's rate misses a measured angle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorExplanation {
     /// How the record was divided.
     pub stretches_s: Stretches,

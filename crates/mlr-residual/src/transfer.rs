@@ -13,6 +13,7 @@ const BLOCKS: usize = 30;
 
 /// Effects of an earlier explanation on another record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Transfer {
     /// Root mean square error of the data sheet's model over the whole record, degrees.
     pub error_before_deg: f64,
@@ -29,6 +30,7 @@ pub struct Transfer {
 
 /// One effect on another record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TransferredEffect {
     /// Name of the effect.
     pub kind: String,

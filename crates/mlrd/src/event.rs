@@ -13,6 +13,7 @@ use crate::{
 
 /// One line. `t_s` counts from the first sample.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Event<'a> {
     time: String,
     t_s: f64,
@@ -40,8 +41,25 @@ impl Serialize for Level {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Level {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Level".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "How bad it is, as in ROS diagnostics: 0 OK, 1 WARN, 2 ERROR, 3 STALE.",
+            "type": "integer",
+            "minimum": 0,
+            "maximum": 3
+        })
+    }
+}
+
 /// What happened.
 #[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Kind {
     /// The daemon runs.
@@ -166,6 +184,7 @@ pub enum Kind {
 
 /// How things are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Status {
     /// Valid frames.
     pub good: u64,

@@ -2,17 +2,19 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::{
-    Parser,
+    CommandFactory, Parser, ValueEnum,
     builder::{NonEmptyStringValueParser, PossibleValuesParser, TypedValueParser},
 };
-use mlr_ga::{IdentifySettings, Method};
+use clap_complete::Shell;
+use clap_mangen::Man;
+use mlr_ga::{IdentifySettings, Method, documented_toml};
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
 
 use crate::{FramingName, Settings};
 
 /// Reads an IMU, notices when the robot is damaged, and identifies the damage.
 #[derive(Debug, Clone, Parser)]
-#[command(name = "mlrd", version, max_term_width = 100)]
+#[command(name = "mlrd", version = env!("MLR_VERSION"), max_term_width = 100)]
 pub struct Options {
     /// Serial port of the IMU, as in /dev/ttyTHS1.
     #[arg(long, value_name = "DEVICE", conflicts_with_all = ["i2c", "stdin"],
@@ -35,6 +37,13 @@ pub struct Options {
     /// All settings, in TOML; options override it.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Print the manual page, or what completes the options in a shell, and end.
+    #[arg(long, value_name = "WHAT", exclusive = true)]
+    generate: Option<Generated>,
+    /// Print all settings with what they mean, as a file for --config, and end: the defaults, with
+    /// what --config and other options say in their place.
+    #[arg(long)]
+    print_config: bool,
     /// Where to remember the last identification and the sensor's calibration.
     #[arg(long, value_name = "DIR")]
     state_dir: Option<PathBuf>,
@@ -71,7 +80,63 @@ pub struct Options {
     no_learn: bool,
 }
 
+/// What is made of the description of the options.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Generated {
+    /// The manual page.
+    Man,
+    /// Completions for Bash.
+    CompleteBash,
+    /// Completions for Zsh.
+    CompleteZsh,
+    /// Completions for fish.
+    CompleteFish,
+}
+
+impl Generated {
+    fn text(self) -> anyhow::Result<String> {
+        let mut options = Options::command();
+        let mut text = Vec::new();
+        let shell = match self {
+            Self::Man => None,
+            Self::CompleteBash => Some(Shell::Bash),
+            Self::CompleteZsh => Some(Shell::Zsh),
+            Self::CompleteFish => Some(Shell::Fish),
+        };
+        match shell {
+            Some(shell) => clap_complete::generate(shell, &mut options, "mlrd", &mut text),
+            None => Man::new(options).render(&mut text)?,
+        }
+        Ok(String::from_utf8(text)?)
+    }
+}
+
+/// What each setting means: the doc comments of the types.
+const CONFIG_SCHEMA: &str = include_str!("../../../docs/schemas/mlrd-config.schema.json");
+
 impl Options {
+    /// What is to be printed in place of everything else, if anything is.
+    ///
+    /// # Errors
+    /// As [`Options::settings`].
+    pub fn printed(&self) -> anyhow::Result<Option<String>> {
+        match self.generate {
+            Some(what) => Ok(Some(what.text()?)),
+            None if self.print_config => Ok(Some(self.documented_settings()?)),
+            None => Ok(None),
+        }
+    }
+
+    /// All settings with what they mean, as a file for `--config`.
+    fn documented_settings(&self) -> anyhow::Result<String> {
+        let schema = serde_json::from_str(CONFIG_SCHEMA).context("the embedded schema")?;
+        let settings = documented_toml(&self.settings()?, &schema)?;
+        Ok(format!(
+            "# Settings of mlrd, as in /etc/mlrd.toml. A file needs only those that differ from \
+             their defaults.\n\n{settings}"
+        ))
+    }
+
     /// The configuration file's settings, or the defaults, with these options in
     /// their place.
     ///

@@ -37,6 +37,7 @@ enum Schema {
 
 /// A morphology, and since when it is known.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KnownMorphology {
     /// When it was identified, RFC 3339.
     pub time: String,

@@ -31,6 +31,7 @@ use crate::{
 /// # Ok::<(), toml::de::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Serial port of the IMU, as in /dev/ttyTHS1. Either this or `i2c` or `stdin`.
@@ -83,6 +84,7 @@ pub struct Settings {
 
 /// Recording of what the sensor says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RecordSettings {
     /// Directory for the recordings; none are made without one.
@@ -98,6 +100,7 @@ pub struct RecordSettings {
 
 /// How recordings are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum RecordFormat {
     /// Text.
@@ -131,6 +134,7 @@ impl RecordSettings {
 
 /// A framing, or recognise it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum FramingName {
     /// Whichever the line carries.

@@ -14,7 +14,9 @@ const SCHEMA: &str = "mlr.robot/1";
 
 /// What is left of a robot, for programs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ExportedJson {
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// The robot's name.
     pub name: String,
@@ -42,6 +44,7 @@ pub struct ExportedJson {
 
 /// The body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BodyJson {
     /// Extent along x, y, z of the box, centred on the origin.
     pub size_m: [f64; 3],
@@ -52,6 +55,7 @@ pub struct BodyJson {
 
 /// What is left of a leg.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LegJson {
     /// The leg, from 1.
     pub number: usize,
@@ -67,6 +71,7 @@ pub struct LegJson {
 
 /// A link with the joint at its inner end.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkJson {
     /// Of link and joint.
     pub name: String,
@@ -93,6 +98,7 @@ pub struct LinkJson {
 
 /// A rigid mass in the frame of its part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MassJson {
     /// Mass.
     pub mass_kg: f64,

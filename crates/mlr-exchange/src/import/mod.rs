@@ -55,6 +55,7 @@ pub struct Imported {
 
 /// One joint in the URDF and in the description.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JointMap {
     /// Its name in the URDF.
     pub urdf_joint: String,

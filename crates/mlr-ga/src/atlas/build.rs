@@ -9,7 +9,7 @@ use super::{
     file::{self, Header, SAMPLE_DEG},
 };
 use crate::{
-    IdentifySettings, Progress,
+    IdentifySettings, Progress, Shard,
     walks::{Case, SimulatedWalks, WalkSource, Walked},
 };
 
@@ -54,8 +54,8 @@ pub fn build(
     let write = || {
         // Reserved first: a file that cannot be written is reported before the work.
         let file = NewFile::reserve(path)?;
-        let (header, samples) = simulate_all(robot, gait, settings, plan, progress)?;
-        file.write(|file| file::write(file, &header, &samples))
+        let whole = simulate(robot, gait, settings, plan, Shard::WHOLE, progress)?;
+        file.write(|file| file::write(file, file::ATLAS, &whole.header, &whole.samples))
     };
     write().map_err(|problem| AtlasError {
         path: path.into(),
@@ -63,13 +63,24 @@ pub fn build(
     })
 }
 
-fn simulate_all(
+/// What was simulated of an atlas.
+pub(super) struct Simulated {
+    pub(super) header: Header,
+    /// Walks of the whole atlas.
+    pub(super) walks: usize,
+    /// Samples of the walks that were simulated, in the order that they have in the atlas.
+    pub(super) samples: Vec<i16>,
+}
+
+/// Simulates one part of the walks of the plan.
+pub(super) fn simulate(
     robot: &Robot,
     gait: &Gait,
     settings: &IdentifySettings,
     plan: AtlasPlan,
+    shard: Shard,
     progress: &dyn Progress,
-) -> Result<(Header, Vec<i16>), AtlasProblem> {
+) -> Result<Simulated, AtlasProblem> {
     settings.check_on(robot).map_err(ModelError::from)?;
     let header = Header::new(robot, gait, settings, plan);
     let walk_samples = header.walk_samples;
@@ -83,9 +94,16 @@ fn simulate_all(
         0 => &nominal,
         _ => &varied,
     };
-    progress.expect(cases.iter().map(|case| walks_of(case).len()).sum());
+    let walks = cases.iter().map(|case| walks_of(case).len()).sum();
+    progress.expect(shard.share_of(walks));
     let mut samples = Vec::new();
+    let mut before = 0;
     for case in &cases {
+        let of_case = walks_of(case);
+        let places = (before..).zip(of_case);
+        let own = places.filter(|(place, _)| shard.has(*place));
+        let own: Vec<&Morphology> = own.map(|(_, morphology)| morphology).collect();
+        before += of_case.len();
         let source = simulated(
             robot,
             gait,
@@ -94,7 +112,7 @@ fn simulate_all(
             &[case.variation],
             walk_samples,
         )?;
-        let walks: Vec<Vec<i16>> = walks_of(case)
+        let walked: Vec<Vec<i16>> = own
             .par_iter()
             .map(|morphology| {
                 let walked = source.walk(morphology, *case, &mut |_| ControlFlow::Continue(()));
@@ -102,9 +120,13 @@ fn simulate_all(
                 counts(&walked, walk_samples)
             })
             .collect();
-        samples.extend(walks.into_iter().flatten());
+        samples.extend(walked.into_iter().flatten());
     }
-    Ok((header, samples))
+    Ok(Simulated {
+        header,
+        walks,
+        samples,
+    })
 }
 
 /// A walk in hundredths of a degree, saturated at the range of the type (±327°): beyond

@@ -7,11 +7,11 @@ use std::{
 
 use crc::{CRC_64_XZ, Crc, Digest};
 use mlr_model::{Gait, LostLinks, ModelError, Morphology, Robot, Variation};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
 use super::{AtlasPlan, all_lost_links};
-use crate::{IdentifySettings, comparison::ComparableWalk, walks::Case};
+use crate::{IdentifySettings, Shard, comparison::ComparableWalk, walks::Case};
 
 /// Why an atlas cannot be used.
 #[derive(Debug, Error)]
@@ -23,6 +23,14 @@ pub enum AtlasProblem {
     /// It is no atlas.
     #[error("is no atlas")]
     NoAtlas,
+    /// It is a part of an atlas, or the other way round.
+    #[error("is {found}, expected {expected}; `mlr-ga atlas merge` makes an atlas of its parts")]
+    OtherKind {
+        /// What it is.
+        found: &'static str,
+        /// What it should be.
+        expected: &'static str,
+    },
     /// It has another version of the format.
     #[error("has version {found} of the file format, expected {VERSION}; build it anew")]
     OtherFormat {
@@ -48,6 +56,28 @@ pub enum AtlasProblem {
         /// What is asked for.
         now: String,
     },
+    /// A part of an atlas that has nothing to do with the first one.
+    #[error("is a part of another atlas: its {what} is {this}, that of the first part {first}")]
+    OtherPart {
+        /// What differs.
+        what: &'static str,
+        /// What the first part has.
+        first: String,
+        /// What this one has.
+        this: String,
+    },
+    /// A part was named twice.
+    #[error("part {shard} was named before, expected each part once")]
+    Twice {
+        /// Which one.
+        shard: Shard,
+    },
+    /// Not all parts are there.
+    #[error("parts are missing: {shards}")]
+    Missing {
+        /// Some of them.
+        shards: String,
+    },
     /// The physics engine gives another walk than when the atlas was made.
     #[error("is stale: this program's simulation walks otherwise; build it anew")]
     OtherEngine,
@@ -56,12 +86,15 @@ pub enum AtlasProblem {
     Model(#[from] ModelError),
 }
 
-const MAGIC: &[u8; 8] = b"MLRATLAS";
+/// How an atlas begins.
+pub(super) const ATLAS: &[u8; 8] = b"MLRATLAS";
+/// How a part of one begins.
+pub(super) const PART: &[u8; 8] = b"MLRATPRT";
 const VERSION: u32 = 1;
 const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const CRC_LENGTH: usize = 8;
 /// Magic, version and length of the header.
-const SIZE_BEFORE_HEADER: usize = MAGIC.len() + 4 + 4;
+const SIZE_BEFORE_HEADER: usize = ATLAS.len() + 4 + 4;
 /// Upper bound of a header's length.
 const MAX_HEADER_BYTES: u32 = 10_000_000;
 /// Upper bound of a walk's length: an hour.
@@ -158,6 +191,47 @@ impl Header {
             .collect()
     }
 
+    /// Refuses the header of a part that was made for something else.
+    pub(super) fn check_same(&self, other: &Self) -> Result<(), AtlasProblem> {
+        let described = |of: &Described| format!("{:?} {}", of.name, of.digest);
+        let plan = |of: &Self| {
+            let (most, few) = (of.most_damaged_legs, of.few_legs);
+            format!(
+                "{most:?} damaged legs at most, {few} under variations, {} samples",
+                of.walk_samples
+            )
+        };
+        for (what, own, others) in [
+            (
+                "version of the program",
+                self.program.clone(),
+                other.program.clone(),
+            ),
+            ("robot", described(&self.robot), described(&other.robot)),
+            (GAIT, described(&self.gait), described(&other.gait)),
+            (
+                "simulation setting",
+                described(&self.simulation),
+                described(&other.simulation),
+            ),
+            (
+                "list of variations",
+                format!("{:?}", self.variations),
+                format!("{:?}", other.variations),
+            ),
+            ("plan", plan(self), plan(other)),
+        ] {
+            if own != others {
+                return Err(AtlasProblem::OtherPart {
+                    what,
+                    first: own,
+                    this: others,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Names the first thing that has changed since the atlas was made.
     pub(super) fn check(
         &self,
@@ -189,9 +263,15 @@ impl Header {
     }
 }
 
-/// An atlas whose header has been read and whose samples have not.
-pub(super) struct AtlasReader {
-    pub(super) header: Header,
+impl AsRef<Self> for Header {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+/// An atlas, or a part of one, whose header has been read and whose samples have not.
+pub(super) struct AtlasReader<H = Header> {
+    pub(super) header: H,
     file: BufReader<File>,
     /// The check sum of what was read.
     digest: Digest<'static, u64>,
@@ -200,17 +280,30 @@ pub(super) struct AtlasReader {
 impl AtlasReader {
     /// Reads the header. What is no atlas is refused after its first bytes.
     pub(super) fn open(path: &Path) -> Result<Self, AtlasProblem> {
+        Self::open_as(path, ATLAS)
+    }
+}
+
+impl<H: DeserializeOwned + AsRef<Header>> AtlasReader<H> {
+    /// Reads the header of a file that begins so.
+    pub(super) fn open_as(path: &Path, kind: &[u8; 8]) -> Result<Self, AtlasProblem> {
         let mut file = BufReader::new(File::open(path)?);
         let mut digest = CRC.digest();
-        let mut magic = [0; MAGIC.len()];
+        let mut magic = [0; ATLAS.len()];
         match file.read_exact(&mut magic) {
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
                 return Err(AtlasProblem::NoAtlas);
             }
             result => result?,
         }
-        if &magic != MAGIC {
-            return Err(AtlasProblem::NoAtlas);
+        if &magic != kind {
+            return Err(match &magic {
+                ATLAS | PART => AtlasProblem::OtherKind {
+                    found: name_of(&magic),
+                    expected: name_of(kind),
+                },
+                _ => AtlasProblem::NoAtlas,
+            });
         }
         digest.update(&magic);
         let found = u32::from_le_bytes(next(&mut file, &mut digest)?);
@@ -225,8 +318,9 @@ impl AtlasReader {
         let mut text = vec![0; samples_begin(length) - SIZE_BEFORE_HEADER];
         file.read_exact(&mut text).map_err(truncated)?;
         digest.update(&text);
-        let header: Header = serde_json::from_slice(text.get(..length).unwrap_or_default())?;
-        if header.walk_samples == 0 || header.walk_samples > MAX_WALK_SAMPLES {
+        let header: H = serde_json::from_slice(text.get(..length).unwrap_or_default())?;
+        let walk_samples = header.as_ref().walk_samples;
+        if walk_samples == 0 || walk_samples > MAX_WALK_SAMPLES {
             return Err(AtlasProblem::Damaged);
         }
         Ok(Self {
@@ -237,7 +331,7 @@ impl AtlasReader {
     }
 
     /// Reads the samples, which must be so many, and nothing behind them but their check sum.
-    pub(super) fn samples(mut self, count: usize) -> Result<(Header, Vec<i16>), AtlasProblem> {
+    pub(super) fn samples(mut self, count: usize) -> Result<(H, Vec<i16>), AtlasProblem> {
         // Memory is taken as samples come, not as a header promises them.
         let mut samples = Vec::new();
         let mut chunk = [0; 1 << 16];
@@ -263,6 +357,13 @@ impl AtlasReader {
     }
 }
 
+fn name_of(kind: &[u8; 8]) -> &'static str {
+    match kind {
+        PART => "a part of an atlas",
+        _ => "an atlas",
+    }
+}
+
 fn next(file: &mut impl Read, digest: &mut Digest<'_, u64>) -> Result<[u8; 4], AtlasProblem> {
     let mut bytes = [0; 4];
     file.read_exact(&mut bytes).map_err(truncated)?;
@@ -279,13 +380,14 @@ fn truncated(error: io::Error) -> AtlasProblem {
 
 pub(super) fn write(
     file: &mut impl Write,
-    header: &Header,
+    kind: &[u8; 8],
+    header: &impl Serialize,
     samples: &[i16],
 ) -> Result<(), AtlasProblem> {
     let header = serde_json::to_vec(header)?;
     let length = u32::try_from(header.len()).map_err(io::Error::other)?;
     let mut bytes = Vec::with_capacity(samples_begin(header.len()) + 2 * samples.len());
-    bytes.extend(MAGIC);
+    bytes.extend(kind);
     bytes.extend(VERSION.to_le_bytes());
     bytes.extend(length.to_le_bytes());
     bytes.extend(&header);

@@ -2,9 +2,11 @@
 
 mod build;
 mod file;
+mod shard;
 
 pub use build::{AtlasPlan, build};
 pub use file::AtlasProblem;
+pub use shard::{build_shard, merge};
 
 use std::{collections::BTreeMap, ops::ControlFlow, path::Path};
 

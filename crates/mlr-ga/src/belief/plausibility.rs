@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 /// others forgive: yaw's drift, and a morphology that fits under an odd variation only. The two
 /// are not independent; the graver counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PlausibilitySettings {
     /// Probability that something else than damage to legs decides how a robot walks, before
@@ -37,6 +38,7 @@ pub struct PlausibilitySettings {
 /// The mean error of the nominal model, given how far the body moves in the root mean square of
 /// all axes: its median is a share of that, and its logarithm spreads.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MeanErrorModel {
     /// The median error as a share of the motion.
@@ -50,6 +52,7 @@ pub struct MeanErrorModel {
 /// The median error is √(n² + (k·m)²): noise of sensor and contacts, and a share of the
 /// motion. ln e spreads about it by the noise's or the share's spread, whichever dominates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ErrorModel {
     /// n, the error in the limit of no motion.

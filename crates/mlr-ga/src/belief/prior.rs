@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// The prior over damage: legs are lost independently, and few at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct DamagePrior {
     /// Probability that a leg is damaged.

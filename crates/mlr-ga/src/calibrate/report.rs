@@ -24,6 +24,7 @@ fn lower(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 
 /// Where a walk came from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WalkOrigin {
     /// The log: a file, or a port.
     pub log: String,
@@ -35,7 +36,9 @@ pub struct WalkOrigin {
 
 /// A calibration with all that is needed to judge it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibrationReport {
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// Name and version of the program.
     pub program: String,
@@ -55,6 +58,7 @@ pub struct CalibrationReport {
 
 /// One parameter of the robot, in its coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ParameterReport {
     /// Its name.
     pub name: String,
@@ -78,6 +82,7 @@ pub struct ParameterReport {
 
 /// What was measured of the robot on a bench, in the unit of the description.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MeasuredReport {
     /// Name of the parameter.
     pub name: String,
@@ -89,6 +94,7 @@ pub struct MeasuredReport {
 
 /// What one walk added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WalkReport {
     /// Where it came from.
     #[serde(flatten)]

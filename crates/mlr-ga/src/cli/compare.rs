@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use mlr_filter::Axes;
 use mlr_ga::{ComparedSignals, Comparison, Model, compare};
+use mlr_model::Robot;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -46,8 +48,9 @@ pub(super) struct CompareOptions {
 }
 
 /// The JSON object.
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     log: &'a PathBuf,
     #[serde(flatten)]
@@ -84,21 +87,21 @@ pub(super) fn run(options: &CompareOptions) -> anyhow::Result<()> {
     let text = if options.json {
         serde_json::to_string(&report)? + "\n"
     } else {
-        report.table()
+        report.table(&robot)
     };
     Ok(output::result(&text)?)
 }
 
 impl Report<'_> {
     /// The answer for people.
-    fn table(&self) -> String {
+    fn table(&self, robot: &Robot) -> String {
         let comparison = self.comparison;
         let mut table = output::Table::default();
         table.line("log", self.log.display());
         let morphology = &comparison.morphology;
         table.line(
             "morphology",
-            format!("{morphology}  {}", morphology.describe()),
+            format!("{morphology}  {}", morphology.describe_on(robot)),
         );
         let (error_deg, cost_rad) = (comparison.mean_error_deg, comparison.cost_rad);
         table.line(

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::{Detection, DetectionSettings, detect};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -37,8 +38,9 @@ pub(super) struct DetectOptions {
 }
 
 /// The JSON object.
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     log: &'a PathBuf,
     #[serde(flatten)]

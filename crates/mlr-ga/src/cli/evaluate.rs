@@ -4,16 +4,21 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, IdentifySettings, Method, Model, Search, identify,
+    Configuration, IdentifySettings, Method, Model, Progress, Search, identify,
     scoring::{LogScore, TotalScore, Truth, read_truths},
 };
 use mlr_imu::{Columns, Recording, read_log};
+use mlr_model::Robot;
+use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::json;
 
 use super::{
+    kept_results::{Job, KeptResults},
     model_files::{self, MethodName},
     progress::Bar,
-    scored::{EvaluationOptions, Scored},
+    resume::{LogIdentity, RunIdentity, checksum, checksum_of_file},
+    scored::{EvaluationOptions, Outcome, Scored},
 };
 
 /// Version of the JSON output.
@@ -23,6 +28,8 @@ const SCHEMA: &str = "mlr.evaluation/1";
 pub(super) struct EvaluateOptions {
     #[command(flatten)]
     of: EvaluationOptions,
+    #[command(flatten)]
+    kept: KeptResults,
     /// What decides [default: mlr].
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -34,8 +41,9 @@ pub(super) struct EvaluateOptions {
     config: Option<PathBuf>,
 }
 
-#[derive(Serialize)]
-struct Report {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     method: Method,
     search: Search,
@@ -43,12 +51,40 @@ struct Report {
     total: TotalScore,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct DirectoryReport {
     directory: PathBuf,
     #[serde(flatten)]
     scored: Scored<LogScore>,
     total: TotalScore,
+}
+
+/// A log that is to be scored.
+struct ScoreJob {
+    directory: PathBuf,
+    truth: Truth,
+    /// The robot of this log alone, where it is not that of all.
+    robot: Option<Robot>,
+}
+
+impl Job for ScoreJob {
+    fn name(&self) -> String {
+        self.directory.join(&self.truth.name).display().to_string()
+    }
+
+    fn identity(&self) -> Option<LogIdentity> {
+        let Truth {
+            name,
+            log,
+            morphology,
+        } = &self.truth;
+        let of_log = checksum_of_file(log).ok()?;
+        Some(LogIdentity {
+            directory: self.directory.clone(),
+            log: name.clone(),
+            checksum: checksum(&format!("{of_log} {morphology} {:?}", self.robot)),
+        })
+    }
 }
 
 pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
@@ -68,35 +104,67 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
     let atlas = options.of.open_atlas(&robot, &gait, &settings)?;
     let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());
     let layout = robot.layout();
-    let directories: Vec<(PathBuf, Vec<Truth>)> = options
-        .of
-        .directories
-        .iter()
-        .map(|directory| Ok((directory.clone(), read_truths(directory, &layout)?)))
-        .collect::<anyhow::Result<_>>()?;
-    let logs: usize = directories.iter().map(|(_, truths)| truths.len()).sum();
-    let bar = Bar::of_logs(logs);
-    let reports: Vec<DirectoryReport> = directories
-        .into_iter()
-        .map(|(directory, truths)| {
-            let score = |truth: &Truth| {
-                let recording = read_log(&truth.log, &Columns::default())?.mounted(&mounting)?;
-                let own = options.of.own_robots.of(&truth.name)?;
-                let model = match &own {
+    let mut jobs = Vec::new();
+    for directory in &options.of.directories {
+        let truths = read_truths(directory, &layout)?;
+        for truth in truths {
+            jobs.push(ScoreJob {
+                directory: directory.clone(),
+                robot: options.of.own_robots.of(&truth.name)?,
+                truth,
+            });
+        }
+    }
+    let run = options.kept.are_wanted().then(|| {
+        Ok::<_, anyhow::Error>(RunIdentity::new(json!({
+            // Not among the settings, because it comes with each call.
+            "seed": settings.seed,
+            "identification": settings,
+            "mounting": mounting,
+            "robot": checksum(&format!("{robot:?}")),
+            "gait": checksum(&format!("{gait:?}")),
+            "atlas": options.of.atlas.checksum()?,
+        })))
+    });
+    let bar = Bar::of_logs(0);
+    let outcomes = options.kept.of_all(
+        &jobs,
+        run.transpose()?.as_ref(),
+        |open, answer| {
+            bar.expect(open.len());
+            open.iter().map(answer).collect()
+        },
+        |job: &ScoreJob| {
+            let score = || {
+                let recording =
+                    read_log(&job.truth.log, &Columns::default())?.mounted(&mounting)?;
+                let model = match &job.robot {
                     Some(robot) => Model::new(robot, &gait),
                     None => model,
                 };
-                score(truth, &recording, model, &settings)
+                score(&job.truth, &recording, model, &settings)
             };
-            let scored = Scored::all(&truths, |truth| &truth.name, &bar, score);
-            DirectoryReport {
-                total: TotalScore::new(&scored.logs, scored.unanswered(), &gait),
-                directory,
-                scored,
-            }
-        })
-        .collect();
+            let outcome = Outcome::of(&job.truth.name, score());
+            bar.next_log();
+            Ok(outcome)
+        },
+    );
     bar.clear();
+    let Some(outcomes) = outcomes? else {
+        return Ok(());
+    };
+    let mut outcomes = jobs.iter().zip(outcomes).peekable();
+    let reports = options.of.directories.iter().map(|directory| {
+        let is_in = |(job, _): &(&ScoreJob, _)| job.directory == *directory;
+        let of_directory = std::iter::from_fn(|| outcomes.next_if(is_in));
+        let scored = Scored::new(of_directory.map(|(_, outcome)| outcome));
+        DirectoryReport {
+            total: TotalScore::new(&scored.logs, scored.unanswered(), &gait),
+            directory: directory.clone(),
+            scored,
+        }
+    });
+    let reports: Vec<DirectoryReport> = reports.collect();
     let all: Vec<LogScore> = reports
         .iter()
         .flat_map(|report| report.scored.logs.clone())

@@ -13,6 +13,7 @@ use mlr_imu::{Columns, read_log};
 use mlr_model::{Gait, LostLinks, Robot};
 use mlr_residual::walk::{CalibratedWalk, WalkModel};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -42,13 +43,14 @@ pub(super) struct EvaluateDiscrepancyOptions {
     own_robots: OwnRobots,
 }
 
-#[derive(Serialize)]
-struct Report {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     walks: Vec<Walk>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Walk {
     log: String,
     morphology: String,

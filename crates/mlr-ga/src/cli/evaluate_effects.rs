@@ -5,24 +5,25 @@ use std::{
     time::Instant,
 };
 
-use anyhow::Context;
 use clap::Args;
 use mlr_ga::{
-    ExplainSettings, IdentifySettings, Model, WalkStart, explain,
+    ExplainSettings, IdentifySettings, Model, Progress, WalkStart, explain,
     scoring::{
         EffectsScore, EffectsTotal, EffectsTruth, Origin, UnansweredLog, read_effects_truths,
     },
 };
 use mlr_imu::{Columns, read_log};
 use mlr_model::Robot;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::{
     effects_tables::tables,
+    kept_results::{Job, KeptResults},
     model_files,
     progress::Bar,
-    resume::{LogIdentity, ResumeFile, RunIdentity, checksum, checksum_of_file},
+    resume::{LogIdentity, RunIdentity, checksum, checksum_of_file},
     scored::EvaluationOptions,
     side_by_side::side_by_side,
 };
@@ -43,15 +44,14 @@ pub(super) struct EvaluateEffectsOptions {
     /// All settings of the explanation, in TOML.
     #[arg(long, value_name = "FILE")]
     explanation: Option<PathBuf>,
-    /// Keep the result of each finished log in this file (JSON lines), and take from it what an
-    /// earlier run of the same program with the same settings finished.
-    #[arg(long, value_name = "FILE")]
-    resume: Option<PathBuf>,
+    #[command(flatten)]
+    kept: KeptResults,
 }
 
 /// What became of the logs.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Report {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     pub(super) logs: Vec<EffectsScore>,
     pub(super) unanswered: Vec<UnansweredLog>,
@@ -75,7 +75,7 @@ struct Kept {
 }
 
 /// A log that is to be explained.
-struct Job {
+struct EffectsJob {
     directory: PathBuf,
     truth: EffectsTruth,
     /// The robot of this log alone, where it is not that of all.
@@ -93,41 +93,44 @@ pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
         explanation: &explanation,
     };
     let jobs = jobs(options, model)?;
-    let resume = options
-        .resume
-        .as_deref()
-        .map(|path| ResumeFile::open(path, &run_identity(options, model, how)?))
-        .transpose()?;
-    let (done, open) = split(&jobs, resume.as_ref())?;
-    let bar = Bar::of_logs(open.len());
-    let outcomes = side_by_side(&open, |(index, identity)| {
-        let job = &jobs[*index];
-        let kept = job.outcome(model, how, options.start_told)?;
-        if let (Some(resume), Some(identity)) = (&resume, identity) {
-            resume.append(identity, &kept)?;
-        }
-        bar.next_log();
-        Ok((*index, kept.outcome))
-    });
+    let run = options
+        .kept
+        .are_wanted()
+        .then(|| run_identity(options, model, how));
+    let bar = Bar::of_logs(0);
+    let outcomes = options.kept.of_all(
+        &jobs,
+        run.transpose()?.as_ref(),
+        |open, answer| {
+            bar.expect(open.len());
+            side_by_side(open, answer)
+        },
+        |job: &EffectsJob| {
+            let kept = job.outcome(model, how, options.start_told);
+            bar.next_log();
+            kept
+        },
+    );
     bar.clear();
-    let mut outcomes: Vec<(usize, Outcome)> = outcomes?.into_iter().chain(done).collect();
-    outcomes.sort_by_key(|(index, _)| *index);
-    let outcomes = outcomes.into_iter().map(|(index, outcome)| {
-        let several = (options.of.directories.len() > 1).then(|| jobs[index].directory.as_path());
-        outcome.named(several)
+    let Some(outcomes) = outcomes? else {
+        return Ok(());
+    };
+    let outcomes = outcomes.into_iter().zip(&jobs).map(|(kept, job)| {
+        let several = (options.of.directories.len() > 1).then_some(job.directory.as_path());
+        kept.outcome.named(several)
     });
     options.of.print(&Report::new(outcomes), tables)
 }
 
 /// The logs of all directories.
-fn jobs(options: &EvaluateEffectsOptions, model: Model<'_>) -> anyhow::Result<Vec<Job>> {
+fn jobs(options: &EvaluateEffectsOptions, model: Model<'_>) -> anyhow::Result<Vec<EffectsJob>> {
     let mut jobs = Vec::new();
     for directory in &options.of.directories {
         let truths = read_effects_truths(directory, &model.robot.layout())?;
         let only = options.only.as_deref().unwrap_or("");
         for truth in truths {
             if truth.log.name.contains(only) {
-                jobs.push(Job {
+                jobs.push(EffectsJob {
                     directory: directory.clone(),
                     robot: options.of.own_robots.of(&truth.log.name)?,
                     truth,
@@ -144,10 +147,7 @@ fn run_identity(
     model: Model<'_>,
     how: ExplainSettings<'_>,
 ) -> anyhow::Result<RunIdentity> {
-    let atlas = match options.of.atlas_path() {
-        Some(path) => Some(checksum_of_file(path).with_context(|| path.display().to_string())?),
-        None => None,
-    };
+    let atlas = options.of.atlas.checksum()?;
     Ok(RunIdentity::new(json!({
         "start_told": options.start_told,
         // Not among the settings, because it comes with each call.
@@ -160,8 +160,14 @@ fn run_identity(
     })))
 }
 
-impl Job {
-    /// `None` where the log cannot be read: it is left to the explanation to say so.
+impl Job for EffectsJob {
+    fn name(&self) -> String {
+        self.directory
+            .join(&self.truth.log.name)
+            .display()
+            .to_string()
+    }
+
     fn identity(&self) -> Option<LogIdentity> {
         let EffectsTruth {
             log,
@@ -180,17 +186,16 @@ impl Job {
             trace,
             origin,
         );
-        let known = match &self.robot {
-            Some(robot) => format!("{truth:?} {robot:?}"),
-            None => format!("{truth:?}"),
-        };
+        let known = format!("{truth:?} {:?}", self.robot);
         Some(LogIdentity {
             directory: self.directory.clone(),
             log: log.name.clone(),
             checksum: checksum(&format!("{of_log} {known}")),
         })
     }
+}
 
+impl EffectsJob {
     /// Explains the log and scores the answer.
     fn outcome(
         &self,
@@ -239,27 +244,6 @@ impl Job {
             },
         })
     }
-}
-
-type Done = Vec<(usize, Outcome)>;
-type Open = Vec<(usize, Option<LogIdentity>)>;
-
-/// The outcomes that are known from an earlier run, and the logs that are to be run; both by the
-/// index of the job.
-fn split(jobs: &[Job], resume: Option<&ResumeFile<Kept>>) -> anyhow::Result<(Done, Open)> {
-    let (mut done, mut open) = (Vec::new(), Vec::new());
-    for (index, job) in jobs.iter().enumerate() {
-        let identity = resume.and_then(|_| job.identity());
-        let known = match (resume, &identity) {
-            (Some(resume), Some(identity)) => resume.result(identity)?,
-            _ => None,
-        };
-        match known {
-            Some(kept) => done.push((index, kept.outcome.clone())),
-            None => open.push((index, identity)),
-        }
-    }
-    Ok((done, open))
 }
 
 impl Outcome {

@@ -4,6 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{Configuration, ExplainSettings, ExplanationReport, Model, WalkStart, explain};
+use mlr_model::Robot;
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
 use super::{
@@ -94,12 +95,16 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     if let Some(file) = file {
         file.write(&json)?;
     }
-    let text = if options.json { json } else { table(&report) };
+    let text = if options.json {
+        json
+    } else {
+        table(&report, &robot)
+    };
     Ok(output::result(&text)?)
 }
 
 /// The answer for people.
-fn table(report: &ExplanationReport) -> String {
+fn table(report: &ExplanationReport, robot: &Robot) -> String {
     let found = &report.explanation;
     let mut table = output::Table::default();
     table.line("log", &report.log);
@@ -112,7 +117,7 @@ fn table(report: &ExplanationReport) -> String {
             format!("{}  with the effects in place", found.morphology),
         );
     }
-    table.line("legs damaged", legs(&found.damaged_legs));
+    table.line("legs damaged", legs(&found.damaged_legs, robot));
     if let Some([from_s, to_s]) = report.calibrated_on_s {
         let walk = format!("by its walk before the damage, {from_s:.1} s to {to_s:.1} s");
         table.line("robot known", walk);
@@ -174,12 +179,12 @@ fn table(report: &ExplanationReport) -> String {
     table.into_text()
 }
 
-fn legs(numbers: &[usize]) -> String {
+fn legs(numbers: &[usize], robot: &Robot) -> String {
     if numbers.is_empty() {
         return "none".into();
     }
-    let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
-    numbers.join(", ")
+    let named = numbers.iter().map(|&number| robot.numbered_name(number));
+    named.collect::<Vec<_>>().join(", ")
 }
 
 fn errors(error: &StretchErrors) -> String {

@@ -9,6 +9,7 @@ use mlr_residual::{
     AngleUnit, Effect, ErrorDeg, RateUnit, SelectionSettings, SensorColumns, SensorError,
     SensorExplanation, SensorLog, SensorRecord, TimeUnit, Transfer, apply_effects, explain_sensor,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{log_file::TableOptions, output};
@@ -56,8 +57,9 @@ pub(super) struct ExplainSensorOptions {
 }
 
 /// The JSON object of an explanation.
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     log: &'a Path,
     #[serde(flatten)]
@@ -65,8 +67,9 @@ struct Report<'a> {
 }
 
 /// The JSON object of a transfer.
-#[derive(Serialize)]
-struct TransferReport<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct TransferReport<'a> {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     log: &'a Path,
     applied: &'a Path,

@@ -12,6 +12,7 @@ use mlr_model::bench::Bench;
 use mlr_residual::servo::{
     ServoExplanation, ServoModel, ServoRecording, ServoSettings, TracedServoEffect, explain_servo,
 };
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
@@ -59,8 +60,9 @@ pub(super) struct ExplainServoOptions {
 }
 
 /// The JSON object of an explanation.
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     bench: &'a Path,
     #[serde(flatten)]
@@ -69,7 +71,7 @@ struct Report<'a> {
 }
 
 /// The section of a robot description.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct Section {
     servo: mlr_model::Servo,
 }

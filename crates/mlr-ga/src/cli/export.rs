@@ -7,8 +7,9 @@ use clap::{Args, ValueEnum};
 use mlr_exchange::{ExportedRobot, Format};
 use mlr_ga::AnsweredRobot;
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
-use mlr_model::{Gait, LostLinks, SimulationSettings};
-use serde_json::json;
+use mlr_model::{Fault, Gait, LostLinks, Morphology, Payload, SimulationSettings};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{
     model_files::ModelFiles,
@@ -62,6 +63,27 @@ impl From<FormatName> for Format {
             FormatName::Json => Self::Json,
         }
     }
+}
+
+/// The JSON object about the file.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
+    schema: &'static str,
+    file: String,
+    morphology: &'a Morphology,
+    /// The morphology in words.
+    description: String,
+    lost_links: LostLinks,
+    faults: &'a [Fault],
+    payload: Option<Payload>,
+    /// How many joints obey their commands.
+    joints: usize,
+    mass_kg: f64,
+    /// In the body frame, with all legs straight.
+    center_of_mass_straight_m: [f64; 3],
+    /// What the format cannot hold.
+    left_out: &'a [String],
 }
 
 pub(super) fn run(options: &ExportOptions) -> anyhow::Result<()> {
@@ -118,20 +140,20 @@ pub(super) fn run(options: &ExportOptions) -> anyhow::Result<()> {
     let center_m = exported.center_of_mass_m();
     let file = path.display().to_string();
     let text = if options.json {
-        let report = json!({
-            "schema": SCHEMA,
-            "file": file,
-            "morphology": morphology,
-            "description": morphology.describe(),
-            "lost_links": settings.lost_links,
-            "faults": settings.faults,
-            "payload": settings.payload,
-            "joints": exported.obeying_joints(),
-            "mass_kg": assembly.mass_kg(),
-            "center_of_mass_straight_m": <[f64; 3]>::from(center_m),
-            "left_out": left_out,
-        });
-        format!("{report}\n")
+        let report = Report {
+            schema: SCHEMA,
+            file,
+            morphology,
+            description: morphology.describe(),
+            lost_links: settings.lost_links,
+            faults: &settings.faults,
+            payload: settings.payload,
+            joints: exported.obeying_joints(),
+            mass_kg: assembly.mass_kg(),
+            center_of_mass_straight_m: center_m.into(),
+            left_out: &left_out,
+        };
+        serde_json::to_string(&report)? + "\n"
     } else {
         let mut table = output::Table::default();
         table.line("robot", robot.name());

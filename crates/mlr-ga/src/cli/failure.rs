@@ -2,7 +2,7 @@
 
 use std::{io, process::ExitCode};
 
-use mlr_ga::{AnswerError, CalibrateError, ExplainError};
+use mlr_ga::{AnswerError, CalibrateError, ExplainError, UnfitRobot};
 use mlr_residual::{SensorError, servo::ServoError};
 
 /// The log was read and cannot answer.
@@ -25,9 +25,10 @@ pub(super) fn exit_status(result: anyhow::Result<()>) -> ExitCode {
     }
     super::output::error(&error);
     let cannot_answer = error.chain().any(|cause| {
-        cause
-            .downcast_ref::<AnswerError>()
-            .is_some_and(AnswerError::is_recordings_fault)
+        cause.is::<UnfitRobot>()
+            || cause
+                .downcast_ref::<AnswerError>()
+                .is_some_and(AnswerError::is_recordings_fault)
             || cause
                 .downcast_ref::<ExplainError>()
                 .is_some_and(ExplainError::is_recordings_fault)

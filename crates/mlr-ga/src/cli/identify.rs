@@ -4,6 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{IdentificationReport, LogReport, Method, Search};
+use mlr_model::Robot;
 
 use super::{
     identification::IdentificationOptions,
@@ -41,15 +42,16 @@ pub(super) fn run(options: &IdentifyOptions) -> anyhow::Result<()> {
     let text = if options.json {
         serde_json::to_string(&report)? + "\n"
     } else {
-        table(&report)
+        table(&report, &asked.robot)
     };
     output::result(&text)?;
     Ok(())
 }
 
 /// The answer for people.
-fn table(report: &IdentificationReport) -> String {
+fn table(report: &IdentificationReport, robot: &Robot) -> String {
     let answer = &report.identification;
+    let description = answer.morphology.describe_on(robot);
     let mut table = output::Table::default();
     match report.logs.is_empty() {
         true => table.line("log", &report.log),
@@ -62,9 +64,9 @@ fn table(report: &IdentificationReport) -> String {
             "damage",
             format!("not known: no morphology explains this log ({doubt})"),
         );
-        table.line("closest", format!("{}: {morphology}", answer.description));
+        table.line("closest", format!("{description}: {morphology}"));
     } else {
-        table.line("damage", &answer.description);
+        table.line("damage", description);
         table.line("morphology", morphology);
     }
     table.line(

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use mlr_exchange::{ImportOptions, Imported, MOST_URDF_BYTES, import_urdf};
+use mlr_exchange::{ImportOptions, Imported, JointMap, MOST_URDF_BYTES, import_urdf};
 use mlr_imu::read_text;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::output::{self, ResultFile};
 
@@ -49,27 +50,48 @@ pub(super) fn run(options: &ImportRobotOptions) -> anyhow::Result<()> {
         output::message(&format!("left out: {what}"));
     }
     let text = match options.json {
-        true => json_report(&imported, options),
+        true => json_report(&imported, options)?,
         false => table(&imported, options),
     };
     Ok(output::result(&text)?)
 }
 
-fn json_report(imported: &Imported, options: &ImportRobotOptions) -> String {
+/// The JSON object about the description.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
+    schema: &'static str,
+    urdf: String,
+    /// The description.
+    file: String,
+    robot: &'a str,
+    /// Names of the legs, in their order.
+    legs: Vec<&'a str>,
+    joints: &'a [JointMap],
+    mass_kg: f64,
+    /// The largest distance between a foot of the URDF and of the description.
+    foot_error_m: f64,
+    /// What the URDF does not say, and what was put in its place.
+    assumed: &'a [String],
+    /// What a description cannot hold.
+    left_out: &'a [String],
+}
+
+fn json_report(imported: &Imported, options: &ImportRobotOptions) -> serde_json::Result<String> {
     let robot = &imported.robot;
-    let report = json!({
-        "schema": SCHEMA,
-        "urdf": options.urdf.display().to_string(),
-        "file": options.output.display().to_string(),
-        "robot": robot.name(),
-        "legs": robot.legs().iter().map(|leg| &leg.name).collect::<Vec<_>>(),
-        "joints": imported.joints,
-        "mass_kg": imported.robot.mass_kg(),
-        "foot_error_m": imported.foot_error_m,
-        "assumed": imported.assumed,
-        "left_out": imported.left_out,
-    });
-    format!("{report}\n")
+    let report = Report {
+        schema: SCHEMA,
+        urdf: options.urdf.display().to_string(),
+        file: options.output.display().to_string(),
+        robot: robot.name(),
+        legs: robot.legs().iter().map(|leg| leg.name.as_str()).collect(),
+        joints: &imported.joints,
+        mass_kg: robot.mass_kg(),
+        foot_error_m: imported.foot_error_m,
+        assumed: &imported.assumed,
+        left_out: &imported.left_out,
+    };
+    Ok(serde_json::to_string(&report)? + "\n")
 }
 
 /// The report for people.

@@ -18,6 +18,7 @@ mod failure;
 mod identification;
 mod identify;
 mod import;
+mod kept_results;
 mod log_file;
 mod markdown;
 mod model_files;
@@ -29,20 +30,25 @@ mod progress;
 mod recover;
 mod report;
 mod resume;
+mod robot;
+mod robot_drawing;
+mod schema;
 mod scored;
 mod search_options;
+mod shell;
 mod side_by_side;
 mod simulate;
 
-use std::process::ExitCode;
+use std::{process::ExitCode, time::Instant};
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use log::LevelFilter;
 use mlr_filter::SettingError;
 use mlr_ga::most_threads;
 
 /// Finds out which legs a legged robot has lost, from a log of its body IMU.
 #[derive(Debug, Parser)]
-#[command(name = "mlr-ga", version, max_term_width = 100)]
+#[command(name = "mlr-ga", version = env!("MLR_VERSION"), max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -119,6 +125,8 @@ enum Command {
     /// What the sensor recorded stays as it is: nothing is fused, turned or left out of the time. What
     /// the other format cannot hold is said. Bags of ROS 1 are only read.
     Convert(convert::ConvertOptions),
+    /// Checks the description of another robot, and draws it.
+    Robot(robot::RobotOptions),
     /// Simulates walks beforehand, for instant answers.
     Atlas(atlas::AtlasOptions),
     /// Scores answers on directories of logs against what was done to the robots.
@@ -127,6 +135,15 @@ enum Command {
     EvaluateEffects(evaluate_effects::EvaluateEffectsOptions),
     /// Shows what the model leaves of robots that lack nothing.
     EvaluateDiscrepancy(evaluate_discrepancy::EvaluateDiscrepancyOptions),
+    /// Prints all keys of --config with their defaults and what they mean, as TOML.
+    Config(schema::ConfigOptions),
+    /// Prints what completes the arguments of mlr-ga in a shell.
+    Completions(shell::CompletionsOptions),
+    /// Writes the manual pages of mlr-ga and its commands into a folder.
+    Man(shell::ManOptions),
+    /// Prints the JSON Schema of what a command prints with --json, of --config, or of what mlrd
+    /// prints and reads.
+    Schema(schema::SchemaOptions),
 }
 
 #[derive(Debug, Args)]
@@ -134,12 +151,32 @@ struct GlobalOptions {
     /// Threads to use [default: one per core].
     #[arg(long, global = true, value_name = "N", allow_negative_numbers = true)]
     threads: Option<usize>,
+    /// Say nothing on stderr but what went wrong: no progress, notes or warnings. Warnings stay in JSON.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say on stderr which files are read and how long it takes.
+    #[arg(short, long, global = true)]
+    verbose: bool,
+}
+
+impl GlobalOptions {
+    fn level(&self) -> LevelFilter {
+        match (self.quiet, self.verbose) {
+            (true, _) => LevelFilter::Error,
+            (_, true) => LevelFilter::Debug,
+            _ => LevelFilter::Info,
+        }
+    }
 }
 
 /// Parses the arguments, runs the command and turns its end into an exit status.
 pub(crate) fn run() -> ExitCode {
+    let started = Instant::now();
     let cli = Cli::parse();
-    failure::exit_status(execute(&cli))
+    output::say_up_to(cli.global.level());
+    let status = failure::exit_status(execute(&cli));
+    log::debug!("{:.1} s", started.elapsed().as_secs_f64());
+    status
 }
 
 fn execute(cli: &Cli) -> anyhow::Result<()> {
@@ -152,6 +189,11 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(cli.global.threads.unwrap_or_default())
         .build()?;
+    log::debug!(
+        "version {}, {} threads",
+        env!("MLR_VERSION"),
+        pool.current_num_threads()
+    );
     pool.install(|| match &cli.command {
         Command::Identify(options) => identify::run(options),
         Command::Detect(options) => detect::run(options),
@@ -167,9 +209,14 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Export(options) => export::run(options),
         Command::Import(options) => import::run(options),
         Command::Convert(options) => convert::run(options),
+        Command::Robot(options) => robot::run(options),
         Command::Atlas(options) => atlas::run(options),
         Command::Evaluate(options) => evaluate::run(options),
         Command::EvaluateEffects(options) => evaluate_effects::run(options),
         Command::EvaluateDiscrepancy(options) => evaluate_discrepancy::run(options),
+        Command::Config(options) => schema::print_config(options),
+        Command::Completions(options) => shell::completions(options, Cli::command()),
+        Command::Man(options) => shell::man(options, Cli::command()),
+        Command::Schema(options) => schema::run(options),
     })
 }

@@ -9,6 +9,8 @@ use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::{Gait, JointCommands, Robot};
 use mlr_residual::walk::EvidenceSettings;
 
+use super::resume::checksum_of_file;
+
 /// Replaces the embedded robot and gait.
 #[derive(Debug, Args)]
 pub(super) struct ModelFiles {
@@ -146,9 +148,16 @@ pub(super) struct AtlasFile {
 }
 
 impl AtlasFile {
-    /// The file, if one was named.
-    pub(super) fn path(&self) -> Option<&Path> {
-        self.atlas.as_deref()
+    /// Whether one was named.
+    pub(super) fn is_named(&self) -> bool {
+        self.atlas.is_some()
+    }
+
+    /// Check sum of the file, if one was named.
+    pub(super) fn checksum(&self) -> anyhow::Result<Option<String>> {
+        let of =
+            |path: &PathBuf| checksum_of_file(path).with_context(|| path.display().to_string());
+        self.atlas.as_ref().map(of).transpose()
     }
 
     /// The atlas, if one was named; it must belong to this robot, gait and settings.
@@ -243,5 +252,6 @@ where
 {
     let name = || path.display().to_string();
     let text = read_text(path, max_bytes).with_context(name)?;
+    log::debug!("{}: {} bytes", path.display(), text.len());
     parse(&text).with_context(name)
 }

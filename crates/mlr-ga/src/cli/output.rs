@@ -1,7 +1,8 @@
 //! Results to stdout or into new files, everything else to stderr.
 //!
 //! Whatever goes to a terminal passes [`printable()`]: names and texts of a file can hold control
-//! characters.
+//! characters. The only ones beside line feeds are those of [`LABEL`], where the terminal shows colours
+//! and `NO_COLOR` is not set.
 
 use std::{
     borrow::Cow,
@@ -9,8 +10,16 @@ use std::{
     path::Path,
 };
 
+use anstream::AutoStream;
+use anstyle::{AnsiColor, Style};
 use anyhow::{Context, bail};
+use log::{Level, LevelFilter, Log, Metadata, Record};
 use mlr_imu::{NewFile, of_a_screen, printable};
+
+/// How a label looks.
+const LABEL: Style = AnsiColor::Cyan.on_default();
+const ERROR: Style = AnsiColor::Red.on_default().bold();
+const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 
 /// A result for people: labels on the left, text on the right.
 #[derive(Debug, Default)]
@@ -19,7 +28,12 @@ pub(super) struct Table(String);
 impl Table {
     /// Adds a line. An empty label continues the one above.
     pub(super) fn line(&mut self, label: &str, text: impl std::fmt::Display) {
-        self.0 += &format!("{label:<14}{text}\n");
+        // A column for colours of their own.
+        let text = printable(&text.to_string());
+        self.0 += &match label {
+            "" => format!("{:14}{text}\n", ""),
+            _ => format!("{LABEL}{label:<14}{LABEL:#}{text}\n"),
+        };
     }
 
     /// Adds a line for each text, labelled at the first.
@@ -95,23 +109,65 @@ pub(super) fn outlive_file_size_limits() -> io::Result<()> {
 
 /// Prints a finished result on stdout, all at once.
 pub(super) fn result(text: &str) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    stdout.write_all(printable(text).as_bytes())?;
+    let (on, off) = (LABEL.render().to_string(), LABEL.render_reset().to_string());
+    let between = |text: &str, style: &str, clean: &dyn Fn(&str) -> String| {
+        text.split(style).map(clean).collect::<Vec<_>>().join(style)
+    };
+    let clean = between(text, &on, &|part| between(part, &off, &printable));
+    let mut stdout = AutoStream::auto(io::stdout().lock());
+    stdout.write_all(clean.as_bytes())?;
     stdout.flush()
 }
 
-/// Says what went wrong on stderr. When even that fails there is nobody left to
-/// tell.
+/// Says on stderr what is logged, as long as it is important enough.
+pub(super) fn say_up_to(level: LevelFilter) {
+    // Refused where another one is there already: then that one says it.
+    if log::set_logger(&Stderr).is_ok() {
+        log::set_max_level(level);
+    }
+}
+
+/// Whether notes and progress are wanted.
+pub(super) fn is_quiet() -> bool {
+    log::max_level() == LevelFilter::Error
+}
+
+struct Stderr;
+
+impl Log for Stderr {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        metadata.target().starts_with("mlr")
+    }
+
+    /// When this fails there is nobody left to tell.
+    fn log(&self, record: &Record<'_>) {
+        if !self.enabled(record.metadata()) {
+            return;
+        }
+        let (style, kind) = match record.level() {
+            Level::Error => (ERROR, ""),
+            Level::Warn => (WARNING, "warning: "),
+            _ => (Style::new(), ""),
+        };
+        let text = of_a_screen(&record.args().to_string());
+        let mut stderr = AutoStream::auto(io::stderr().lock());
+        let _ = writeln!(stderr, "{style}mlr-ga: {kind}{style:#}{text}");
+    }
+
+    fn flush(&self) {}
+}
+
+/// Says what went wrong on stderr.
 pub(super) fn error(error: &anyhow::Error) {
-    message(&format!("{error:#}"));
+    log::error!("{error:#}");
 }
 
-/// Warns on stderr.
+/// Warns on stderr, unless told to be quiet.
 pub(super) fn warning(text: &str) {
-    message(&format!("warning: {text}"));
+    log::warn!("{text}");
 }
 
-/// Says something on stderr.
+/// Says something on stderr, unless told to be quiet.
 pub(super) fn message(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "mlr-ga: {}", of_a_screen(text));
+    log::info!("{text}");
 }

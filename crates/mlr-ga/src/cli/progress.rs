@@ -3,7 +3,10 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use mlr_ga::Progress;
 
-/// A bar with remaining time on stderr; nothing when stderr is no terminal.
+use super::output;
+
+/// A bar with remaining time on stderr; nothing when stderr is no terminal, or when told to be
+/// quiet.
 pub(super) struct Bar(ProgressBar);
 
 impl Bar {
@@ -40,7 +43,11 @@ impl Bar {
             format!("{{bar:40}} {{pos}}/{{len}} {things}, {{elapsed}} elapsed, {{eta}} to go");
         let style = ProgressStyle::with_template(&template)
             .expect("the template differs by a name alone, and a test renders it");
-        Self(ProgressBar::new(0).with_style(style))
+        let bar = match output::is_quiet() {
+            true => ProgressBar::hidden(),
+            false => ProgressBar::new(0),
+        };
+        Self(bar.with_style(style))
     }
 
     pub(super) fn next_log(&self) {

@@ -94,7 +94,7 @@ pub(super) fn run(options: &RecoverOptions) -> anyhow::Result<()> {
     let report = RecoveryReport::new(&diagnosis, &found, options.seed, started.elapsed());
     let text = match options.json {
         true => serde_json::to_string(&report)? + "\n",
-        false => table(&report, options),
+        false => table(&report, options, &robot),
     };
     Ok(output::result(&text)?)
 }
@@ -174,9 +174,9 @@ impl RecoverOptions {
 }
 
 /// The report for people.
-fn table(report: &RecoveryReport, options: &RecoverOptions) -> String {
+fn table(report: &RecoveryReport, options: &RecoverOptions, robot: &Robot) -> String {
     let mut table = output::Table::default();
-    table.line("damage", damage(report));
+    table.line("damage", damage(report, robot));
     table.line("gait", options.output.display());
     if let Some(joints) = &options.joints {
         table.line("joints", joints.display());
@@ -233,8 +233,8 @@ fn table(report: &RecoveryReport, options: &RecoverOptions) -> String {
     table.into_text()
 }
 
-fn damage(report: &RecoveryReport) -> String {
-    let mut text = report.morphology.describe();
+fn damage(report: &RecoveryReport, robot: &Robot) -> String {
+    let mut text = report.morphology.describe_on(robot);
     for fault in &report.faults {
         text += &match *fault {
             Fault::WeakLeg { leg, gain } => format!(", leg {leg} weak ({:.0} %)", 100.0 * gain),

@@ -15,6 +15,8 @@ use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::Value;
 
+use mlr_imu::read_text;
+
 use super::output;
 
 /// Version of the file.
@@ -36,12 +38,9 @@ pub(super) struct RunIdentity {
 impl RunIdentity {
     /// This program with these settings.
     pub(super) fn new(settings: Value) -> Self {
-        let build = std::env::current_exe()
-            .and_then(|path| checksum_of_file(&path))
-            .unwrap_or_else(|_| "unknown".into());
         Self {
             schema: SCHEMA.into(),
-            program: format!("{}, build {build}", env!("CARGO_PKG_VERSION")),
+            program: this_build(),
             settings,
         }
     }
@@ -105,6 +104,14 @@ fn first_difference<'a>(own: &'a Value, recorded: &'a Value) -> Option<Differenc
         })
 }
 
+/// Version of the program, and check sum of its file.
+pub(super) fn this_build() -> String {
+    let build = std::env::current_exe()
+        .and_then(|path| checksum_of_file(&path))
+        .unwrap_or_else(|_| "unknown".into());
+    format!("{}, build {build}", env!("CARGO_PKG_VERSION"))
+}
+
 /// Check sum of a file, as text.
 pub(super) fn checksum_of_file(path: &Path) -> io::Result<String> {
     let mut file = File::open(path)?;
@@ -141,12 +148,19 @@ struct Line<R> {
     result: R,
 }
 
+/// Results that files hold.
+#[derive(Debug)]
+pub(super) struct Finished<R> {
+    paths: Vec<PathBuf>,
+    results: Vec<(LogIdentity, R)>,
+}
+
 /// The file, with the results that were in it at the beginning.
 #[derive(Debug)]
 pub(super) struct ResumeFile<R> {
     path: PathBuf,
     file: Mutex<File>,
-    finished: Vec<(LogIdentity, R)>,
+    finished: Finished<R>,
 }
 
 impl<R: Serialize + DeserializeOwned> ResumeFile<R> {
@@ -175,7 +189,7 @@ impl<R: Serialize + DeserializeOwned> ResumeFile<R> {
             let line = serde_json::to_string(run)? + "\n";
             file.write_all(line.as_bytes()).with_context(name)?;
         }
-        let finished = Self::finished_in(&text, run).with_context(name)?;
+        let results = results_in(&text, run).with_context(name)?;
         // Only now that the file is known to be one of results.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         if whole < text.len() {
@@ -189,55 +203,22 @@ impl<R: Serialize + DeserializeOwned> ResumeFile<R> {
         Ok(Self {
             path: path.into(),
             file: Mutex::new(file),
-            finished,
+            finished: Finished {
+                paths: vec![path.into()],
+                results,
+            },
         })
     }
 
-    fn finished_in(text: &str, run: &RunIdentity) -> anyhow::Result<Vec<(LogIdentity, R)>> {
-        if text.is_empty() {
-            return Ok(Vec::new());
-        }
-        let mut lines = text.split_inclusive('\n').enumerate();
-        let first = lines.next().map_or("", |(_, line)| line);
-        let recorded: RunIdentity = serde_json::from_str(first)
-            .context("line 1: expected results of an earlier run, or no file of this name")?;
-        if !first.ends_with('\n') {
-            bail!("line 1: cut off, expected no file of this name, to begin anew");
-        }
-        run.check(&recorded).context("line 1")?;
-        lines
-            .filter(|(_, line)| line.ends_with('\n'))
-            .map(|(index, line)| {
-                let line: Line<R> = serde_json::from_str(line).with_context(|| {
-                    format!(
-                        "line {}: expected the result of a log; without this line, it is run again",
-                        index + 1
-                    )
-                })?;
-                Ok((line.of, line.result))
-            })
-            .collect()
+    /// What was in it at the beginning.
+    pub(super) fn finished(&self) -> &Finished<R> {
+        &self.finished
     }
 
-    /// The result of a log, if it is in the file. The directory may be named otherwise than before.
-    ///
-    /// # Errors
-    /// When there is one of a log of this name in this directory that has changed since.
-    pub(super) fn result(&self, of: &LogIdentity) -> anyhow::Result<Option<&R>> {
-        let is_same = |known: &LogIdentity| known.log == of.log && known.checksum == of.checksum;
-        if let Some((_, result)) = self.finished.iter().find(|(known, _)| is_same(known)) {
-            return Ok(Some(result));
-        }
-        let is_at = |known: &LogIdentity| known.log == of.log && known.directory == of.directory;
-        if self.finished.iter().any(|(known, _)| is_at(known)) {
-            bail!(
-                "{}: {}: the log or its truth has changed since, expected another file, or none of \
-                 this name, to begin anew",
-                self.path.display(),
-                of.directory.join(&of.log).display()
-            );
-        }
-        Ok(None)
+    /// The result of a log, as [`Finished::result`].
+    #[cfg(test)]
+    fn result(&self, of: &LogIdentity) -> anyhow::Result<Option<&R>> {
+        self.finished.result(of)
     }
 
     /// Adds a result; it is in the file when this returns.
@@ -250,6 +231,96 @@ impl<R: Serialize + DeserializeOwned> ResumeFile<R> {
         file.write_all(line.as_bytes())
             .and_then(|()| file.sync_data())
             .with_context(|| self.path.display().to_string())
+    }
+}
+
+fn results_in<R: DeserializeOwned>(
+    text: &str,
+    run: &RunIdentity,
+) -> anyhow::Result<Vec<(LogIdentity, R)>> {
+    if text.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut lines = text.split_inclusive('\n').enumerate();
+    let first = lines.next().map_or("", |(_, line)| line);
+    let recorded: RunIdentity = serde_json::from_str(first)
+        .context("line 1: expected results of an earlier run, or no file of this name")?;
+    if !first.ends_with('\n') {
+        bail!("line 1: cut off, expected no file of this name, to begin anew");
+    }
+    run.check(&recorded).context("line 1")?;
+    lines
+        .filter(|(_, line)| line.ends_with('\n'))
+        .map(|(index, line)| {
+            let line: Line<R> = serde_json::from_str(line).with_context(|| {
+                format!(
+                    "line {}: expected the result of a log; without this line, it is run again",
+                    index + 1
+                )
+            })?;
+            Ok((line.of, line.result))
+        })
+        .collect()
+}
+
+impl<R: DeserializeOwned> Finished<R> {
+    /// Reads the results of several files.
+    ///
+    /// # Errors
+    /// When one cannot be read, holds something else, or results of another program or of other
+    /// settings, and when two have the same log.
+    pub(super) fn read(paths: &[PathBuf], run: &RunIdentity) -> anyhow::Result<Self> {
+        let mut results: Vec<(LogIdentity, R)> = Vec::new();
+        for path in paths {
+            let name = || path.display().to_string();
+            let text = read_text(path, MAX_BYTES).with_context(name)?;
+            if text.is_empty() {
+                bail!("{}: is empty, expected results", name());
+            }
+            for (of, result) in results_in::<R>(&text, run).with_context(name)? {
+                if results
+                    .iter()
+                    .any(|(known, _)| known.log == of.log && known.checksum == of.checksum)
+                {
+                    bail!(
+                        "{}: {} has a result already, expected each part once",
+                        name(),
+                        of.directory.join(&of.log).display()
+                    );
+                }
+                results.push((of, result));
+            }
+        }
+        Ok(Self {
+            paths: paths.to_vec(),
+            results,
+        })
+    }
+
+    /// The result of a log, if it is there. The directory may be named otherwise than before.
+    ///
+    /// # Errors
+    /// When there is one of a log of this name in this directory that has changed since.
+    pub(super) fn result(&self, of: &LogIdentity) -> anyhow::Result<Option<&R>> {
+        let is_same = |known: &LogIdentity| known.log == of.log && known.checksum == of.checksum;
+        if let Some((_, result)) = self.results.iter().find(|(known, _)| is_same(known)) {
+            return Ok(Some(result));
+        }
+        let is_at = |known: &LogIdentity| known.log == of.log && known.directory == of.directory;
+        if self.results.iter().any(|(known, _)| is_at(known)) {
+            bail!(
+                "{}: {}: the log or its truth has changed since, expected another file, or none of \
+                 this name, to begin anew",
+                self.names(),
+                of.directory.join(&of.log).display()
+            );
+        }
+        Ok(None)
+    }
+
+    fn names(&self) -> String {
+        let names = self.paths.iter().map(|path| path.display().to_string());
+        names.collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -1,16 +1,16 @@
-//! Logs whose truth is known, answered one after the other.
+//! Logs whose truth is known, and what became of them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use mlr_ga::{IdentifySettings, atlas::Atlas};
 use mlr_model::{Gait, Robot};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::{
     model_files::{AtlasFile, ModelFiles, OwnRobots},
     output,
-    progress::Bar,
     search_options::SearchOptions,
 };
 
@@ -21,7 +21,7 @@ pub(super) struct EvaluationOptions {
     #[arg(required = true, value_name = "DIR")]
     pub(super) directories: Vec<PathBuf>,
     #[command(flatten)]
-    atlas: AtlasFile,
+    pub(super) atlas: AtlasFile,
     #[command(flatten)]
     pub(super) search: SearchOptions,
     /// Print one JSON object instead of tables.
@@ -41,15 +41,10 @@ impl EvaluationOptions {
         gait: &Gait,
         settings: &IdentifySettings,
     ) -> anyhow::Result<Option<Atlas>> {
-        if self.atlas.path().is_some() && self.own_robots.are_named() {
+        if self.atlas.is_named() && self.own_robots.are_named() {
             anyhow::bail!("an atlas is of one robot, expected --atlas or --own-robots, not both");
         }
         self.atlas.open(robot, gait, settings)
-    }
-
-    /// The file of the atlas, if one was named.
-    pub(super) fn atlas_path(&self) -> Option<&Path> {
-        self.atlas.path()
     }
 
     /// Prints a report, as asked for.
@@ -68,41 +63,50 @@ impl EvaluationOptions {
 }
 
 /// The scores of the logs that were answered, and why the others were not.
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Scored<S> {
     pub(super) logs: Vec<S>,
     unanswered: Vec<Unanswered>,
 }
 
-#[derive(Serialize)]
-struct Unanswered {
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub(super) struct Unanswered {
     log: String,
     reason: String,
 }
 
-impl<S> Scored<S> {
-    /// Scores each log; one without an answer does not keep the others from theirs.
-    pub(super) fn all<T>(
-        truths: &[T],
-        name: impl Fn(&T) -> &str,
-        bar: &Bar,
-        mut score: impl FnMut(&T) -> anyhow::Result<S>,
-    ) -> Self {
-        let mut scored = Self {
-            logs: Vec::new(),
-            unanswered: Vec::new(),
-        };
-        for truth in truths {
-            match score(truth) {
-                Ok(score) => scored.logs.push(score),
-                Err(error) => scored.unanswered.push(Unanswered {
-                    log: name(truth).to_string(),
-                    reason: format!("{error:#}"),
-                }),
-            }
-            bar.next_log();
+/// What became of one log.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Outcome<S> {
+    Scored(S),
+    Unanswered(Unanswered),
+}
+
+impl<S> Outcome<S> {
+    /// One log without an answer does not keep the others from theirs.
+    pub(super) fn of(log: &str, score: anyhow::Result<S>) -> Self {
+        match score {
+            Ok(score) => Self::Scored(score),
+            Err(error) => Self::Unanswered(Unanswered {
+                log: log.into(),
+                reason: format!("{error:#}"),
+            }),
         }
-        scored
+    }
+}
+
+impl<S> Scored<S> {
+    /// What became of all logs, in their order.
+    pub(super) fn new(outcomes: impl Iterator<Item = Outcome<S>>) -> Self {
+        let (mut logs, mut unanswered) = (Vec::new(), Vec::new());
+        for outcome in outcomes {
+            match outcome {
+                Outcome::Scored(score) => logs.push(score),
+                Outcome::Unanswered(log) => unanswered.push(log),
+            }
+        }
+        Self { logs, unanswered }
     }
 
     /// How many logs have no answer.

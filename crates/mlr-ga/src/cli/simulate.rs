@@ -1,6 +1,6 @@
 //! `mlr-ga simulate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -11,8 +11,8 @@ use mlr_model::{
     GroundContact, JointTrajectory, ModelError, Morphology, Outcome, Robot, Roughness,
     SimulationSettings, Simulator, Terrain,
 };
-
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{
     model_files::ModelFiles,
@@ -22,6 +22,21 @@ use super::{
 
 /// Version of the JSON output.
 const SCHEMA: &str = "mlr.simulation/1";
+
+/// The JSON object about the log.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
+    schema: &'static str,
+    log: &'a Path,
+    /// The file of joint angles, if one was asked for.
+    joints: Option<&'a Path>,
+    morphology: &'a Morphology,
+    /// Numbered from 1.
+    damaged_legs: Vec<usize>,
+    samples: usize,
+    motion_start_s: f64,
+}
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateOptions {
@@ -159,30 +174,30 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
         write_log_to(&mut text, &log)?;
         return Ok(output::result(&String::from_utf8(text)?)?);
     }
-    output::result(&options.report(&morphology, log.len()))?;
+    output::result(&options.report(&morphology, log.len())?)?;
     Ok(())
 }
 
 impl SimulateOptions {
-    fn report(&self, morphology: &Morphology, samples: usize) -> String {
+    fn report(&self, morphology: &Morphology, samples: usize) -> serde_json::Result<String> {
         if self.json {
-            let report = json!({
-                "schema": SCHEMA,
-                "log": self.output,
-                "joints": self.joints,
-                "morphology": morphology,
-                "damaged_legs": morphology.damaged_legs(),
-                "samples": samples,
-                "motion_start_s": self.stand_s,
-            });
-            format!("{report}\n")
+            let report = Report {
+                schema: SCHEMA,
+                log: &self.output,
+                joints: self.joints.as_deref(),
+                morphology,
+                damaged_legs: morphology.damaged_legs(),
+                samples,
+                motion_start_s: self.stand_s,
+            };
+            Ok(serde_json::to_string(&report)? + "\n")
         } else {
-            format!(
+            Ok(format!(
                 "{}: {samples} samples, {}, walking from {} s on\n",
                 self.output.display(),
                 morphology.describe(),
                 self.stand_s
-            )
+            ))
         }
     }
 

@@ -10,6 +10,7 @@ use super::{
 
 /// How a robot's walk is laid over the model's.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Alignment {
     /// Duration of the robot's gait over the nominal one, less one: its clock's
     /// error.

@@ -5,6 +5,7 @@ use super::{Alignment, ComparableWalk};
 
 /// What is left between measured and simulated walk, roll, pitch, yaw.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Misfit {
     /// Mean square of each axis; frequencies between the harmonics of the gait have a lower weight.
     pub mean_square_deg2: [f64; 3],
@@ -21,6 +22,7 @@ pub struct Misfit {
 /// (`docs/decision.md`): few, because errors repeat with the gait, and fewer for
 /// yaw, which depends on friction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct LikelihoodSettings {
     /// Independent errors of roll, pitch and yaw in five seconds of walking.

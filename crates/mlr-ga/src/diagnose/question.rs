@@ -14,6 +14,7 @@ pub struct OpenQuestion {
 
 /// One of the morphologies in question.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct OpenMorphology {
     /// Which links are left.
     pub morphology: Morphology,

@@ -10,7 +10,9 @@ const SCHEMA: &str = "mlr.diagnosis/1";
 
 /// What is open, and what is to be expected of the motion.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DiagnosisReport {
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// What is to be told apart, most probable first.
     pub open: Vec<OpenMorphology>,

@@ -12,8 +12,10 @@ const SCHEMA: &str = "mlr.explanation/1";
 /// An explanation with all that is needed to get it again: the object that other programs
 /// read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ExplanationReport {
     /// Name and version of the form.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// Where the recording came from: a file, or a port.
     pub log: String,

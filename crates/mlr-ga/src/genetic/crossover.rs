@@ -6,6 +6,7 @@ use super::GeneticSettings;
 
 /// What a new candidate takes over as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum CrossoverUnit {
     /// One existence number, as in Eq. (ga_crossover). Link logic then removes what hangs on

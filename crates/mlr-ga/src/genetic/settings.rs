@@ -10,6 +10,7 @@ use super::CrossoverUnit;
 /// one that proposes candidates to the default decision. What differs between them, and why,
 /// stands in `docs/decision.md`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct GeneticSettings {
     /// P_s, candidates in a population; at least 2.

@@ -8,6 +8,7 @@ use crate::{PaperFit, comparison::Alignment, evaluation::CaseFit};
 
 /// The answer. Serialises to the fields of `mlr.identification/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Identification {
     /// What decided.
     pub method: Method,
@@ -84,6 +85,7 @@ pub struct Identification {
 
 /// The model and the alignment under which the best morphology is likeliest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BestFit {
     /// What the lost links are taken to be.
     pub lost_links: LostLinks,
@@ -176,6 +178,7 @@ impl ComparedSignals {
 
 /// A morphology that explains the recording less well.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Alternative {
     /// The morphology.
     pub morphology: Morphology,
@@ -189,6 +192,7 @@ pub struct Alternative {
 
 /// How often repeated runs of the genetic algorithm gave a morphology.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Frequency {
     /// The morphology.
     pub morphology: Morphology,
@@ -200,6 +204,7 @@ pub struct Frequency {
 
 /// One run of the genetic algorithm.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Course {
     /// Its result.
     pub morphology: Morphology,

@@ -6,6 +6,7 @@ use crate::PaperFit;
 
 /// What one of the logs says of the best morphology.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IdentifiedLog {
     /// The gait that the robot walked.
     pub gait: String,

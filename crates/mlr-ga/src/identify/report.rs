@@ -10,8 +10,10 @@ const SCHEMA: &str = "mlr.identification/1";
 /// An answer with all that is needed to get it again: the object that other
 /// programs read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IdentificationReport {
     /// Name and version of the form.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// Where the recording came from: a file, or a port. Of several, the first.
     pub log: String,
@@ -27,6 +29,7 @@ pub struct IdentificationReport {
 
 /// One of several recordings, with where it came from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LogReport {
     /// The file.
     pub file: String,

@@ -16,6 +16,7 @@ use crate::{
 /// What decides which morphology is the answer. Each method has a preset of all settings,
 /// [`IdentifySettings::of`]; what differs between them, and why, stands in `docs/decision.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// Likelihood of what is left of the spectra, times prior probability, over variations of
@@ -45,6 +46,7 @@ impl FromStr for Method {
 
 /// How the morphologies are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Search {
     /// The genetic algorithm.
@@ -58,6 +60,7 @@ pub enum Search {
 /// Everything about an identification that can be chosen. The default is the preset of
 /// [`Method::Mlr`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct IdentifySettings {
     /// What decides.

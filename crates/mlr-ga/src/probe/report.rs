@@ -13,7 +13,9 @@ const SCHEMA: &str = "mlr.probe/1";
 
 /// A calibration motion with what is to be expected of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProbeReport {
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// How long it lasts.
     pub duration_s: f64,
@@ -35,6 +37,7 @@ pub struct ProbeReport {
 
 /// One segment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReportedSegment {
     /// What the robot does.
     #[serde(flatten)]
@@ -47,6 +50,7 @@ pub struct ReportedSegment {
 
 /// What a robot does in a segment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ReportedMotion {
     /// It walks while legs are folded.
@@ -82,6 +86,7 @@ pub enum ReportedMotion {
 
 /// Standard deviations of a parameter in its coordinate: root mean squares over robots of the make.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReportedParameter {
     /// Its name.
     pub name: String,

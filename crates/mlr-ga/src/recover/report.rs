@@ -9,8 +9,10 @@ const SCHEMA: &str = "mlr.recovery/1";
 
 /// A recovery gait as other programs read it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecoveryReport {
     /// Name and version of the form.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// What is left of the robot, most probably.
     pub morphology: Morphology,
@@ -70,6 +72,7 @@ pub struct RecoveryReport {
 
 /// How robots walk: means, and the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReportedOutlook {
     /// Means over the robots; of drifts, that of their size.
     #[serde(flatten)]

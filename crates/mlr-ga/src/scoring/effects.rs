@@ -14,6 +14,7 @@ use super::{
 /// How right an explanation is. `unexplained` counts as an effect that was found: the right one
 /// where the library lacks an effect of the log, one that is not there elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// All effects of the robot were found and no other, and the damaged legs are right.
@@ -58,6 +59,7 @@ impl Verdict {
 
 /// What became of one log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EffectsScore {
     /// Name of the log.
     pub log: String,
@@ -99,6 +101,7 @@ pub struct EffectsScore {
 
 /// A log that has no explanation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UnansweredLog {
     /// Name of the log.
     pub log: String,
@@ -127,6 +130,7 @@ impl UnansweredLog {
 
 /// An effect as it was found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FoundEffect {
     /// Its kind.
     pub kind: String,
@@ -148,6 +152,7 @@ impl From<&TracedEffect> for FoundEffect {
 
 /// Root mean square errors over all axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Errors {
     /// On the stretch that parameters were fitted on.
     pub fit_deg: f64,
@@ -166,6 +171,7 @@ impl From<walk::StretchErrors> for Errors {
 
 /// Where an effect of a leg was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlaceScore {
     /// Whether its kind was found at all.
     pub kind_found: bool,

@@ -13,6 +13,7 @@ use super::{
 
 /// All logs of one origin together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EffectsTotal {
     /// Where the logs come from.
     pub origin: Origin,
@@ -35,6 +36,7 @@ pub struct EffectsTotal {
 
 /// What became of the logs of one class.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ClassTotal {
     /// What there was to find.
     pub class: LogClass,
@@ -59,6 +61,7 @@ pub struct ClassTotal {
 
 /// How many of some logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Share {
     /// All of them.
     pub logs: usize,
@@ -68,6 +71,7 @@ pub struct Share {
 
 /// Where effects of a leg were found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlacesTotal {
     /// Effects of a leg in the robots.
     pub effects: usize,
@@ -81,6 +85,7 @@ pub struct PlacesTotal {
 
 /// How good the probabilities of kinds are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KindsTotal {
     /// Mean natural logarithm of the probability of the truth; see
     /// [`super::KindsScore::ln_probability`].
@@ -101,6 +106,7 @@ pub struct KindsTotal {
 
 /// Logs whose damaged legs are right. One without an answer has none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LegsTotal {
     /// All logs.
     pub logs: usize,
@@ -116,6 +122,7 @@ pub struct LegsTotal {
 
 /// Times of answers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Elapsed {
     /// Median.
     pub median_s: f64,

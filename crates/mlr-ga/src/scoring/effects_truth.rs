@@ -34,6 +34,7 @@ pub struct EffectsTruth {
 
 /// An effect as it was put into the robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TrueEffect {
     /// Its kind.
     pub kind: String,
@@ -44,6 +45,7 @@ pub struct TrueEffect {
 
 /// Where a log comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Origin {
     /// Drawn by the plant, which lists the effects of each log.
@@ -55,6 +57,7 @@ pub enum Origin {
 
 /// What there was to find in a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LogClass {
     /// Effects of the library that can be seen.

@@ -9,6 +9,7 @@ const BOUNDS: [f64; 8] = [0.0, 0.05, 0.2, 0.5, 0.8, 0.9, 0.97, 1.0];
 
 /// Statements whose probabilities lie between two bounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KindCalibration {
     /// Probability at least, and below; 1 lies in the last row.
     pub probability: [f64; 2],

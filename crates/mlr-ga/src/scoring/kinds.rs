@@ -17,6 +17,7 @@ pub const SURE: f64 = 0.9;
 
 /// "The robot has an effect of this kind", with the probability given to that.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Statement {
     /// The kind; `none` and `unknown` are kinds as well.
     pub kind: String,
@@ -28,6 +29,7 @@ pub struct Statement {
 
 /// How good the probabilities of one explanation are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KindsScore {
     /// Every kind of the library, `locked_links`, `none` and `unknown`. A delay is among them only
     /// where it was tried.

@@ -1,11 +1,12 @@
 use mlr_model::Morphology;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Truth;
 use crate::Identification;
 
 /// One answer against the truth.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LogScore {
     /// Name of the log.
     pub log: String,

@@ -7,6 +7,7 @@ use super::{LogScore, score::mean};
 
 /// Many answers against the truth.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TotalScore {
     /// Logs that were answered.
     pub answered: usize,
@@ -34,6 +35,7 @@ pub struct TotalScore {
 
 /// Answers whose confidence lies in one interval.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Calibration {
     /// Confidence at least, and below.
     pub confidence: [f64; 2],
@@ -48,6 +50,7 @@ pub struct Calibration {
 /// How often damage to some leg groups was taken for damage to others. A group's
 /// legs swing together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Confusion {
     /// Damaged legs per group, as in "A2 B1"; "healthy" without any. Their number alone where
     /// the gait is a joint trajectory, which knows no groups.

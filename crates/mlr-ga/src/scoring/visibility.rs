@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the effects of a log change of roll, pitch and yaw while the robot walks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TrueTrace {
     /// Mean of the change.
     pub mean_deg: [f64; 3],
@@ -16,6 +17,7 @@ pub struct TrueTrace {
 
 /// By how much the walks of robots of one make differ, in the root mean square.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Spread {
     /// Of the mean of the change.
     pub mean_deg: [f64; 3],
@@ -25,6 +27,7 @@ pub struct Spread {
 
 /// Whether an effect is large enough to be detected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Visibility {
     /// Its change of the walk was not recorded.

@@ -5,9 +5,9 @@ use std::fs;
 use crate::program::Folder;
 use serde_json::Value;
 
-const QUADRUPED: &str = include_str!("../../../mlr-model/tests/quadruped.toml");
+pub(crate) const QUADRUPED: &str = include_str!("../../../mlr-model/tests/quadruped.toml");
 
-const CRAWL: &str = r#"
+pub(crate) const CRAWL: &str = r#"
 name = "crawl"
 period_s = 1.0
 ramp_s = 1.0

@@ -36,6 +36,7 @@ pub(crate) struct Seen {
     pub(crate) texts: usize,
     /// Of text to what is behind it, by WCAG 2.
     pub(crate) least_contrast: f64,
+    #[allow(dead_code, reason = "shown where an assertion fails")]
     pub(crate) least_contrast_text: String,
     pub(crate) is_dark: bool,
     /// What the browser complained of.

@@ -6,6 +6,7 @@
 mod atlas;
 mod bad_input;
 mod calibrate;
+mod described;
 mod evaluate_effects;
 mod exchange;
 mod explain_sensor;
@@ -20,6 +21,9 @@ mod probe;
 mod program;
 mod recover;
 mod report;
+mod robot_check;
 mod ros_files;
 mod round_trip;
+mod schema_check;
 mod several_logs;
+mod shards;

@@ -5,6 +5,8 @@ use std::{f64::consts::TAU, fmt::Write, fs};
 use assert_cmd::{Command, cargo::cargo_bin_cmd};
 use tempfile::TempDir;
 
+use crate::schema_check;
+
 pub(crate) const HEADER: &str = "t_s,roll_rad,pitch_rad,yaw_rad\n";
 
 pub(crate) struct Folder(TempDir);
@@ -51,7 +53,29 @@ impl Folder {
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{message}");
         assert_eq!(message, "", "no progress bar without a terminal");
-        String::from_utf8(output.stdout).unwrap()
+        let text = String::from_utf8(output.stdout).unwrap();
+        keeps_to_its_schema(&text);
+        text
+    }
+}
+
+/// What names its schema must keep to it.
+fn keeps_to_its_schema(text: &str) {
+    let Ok(value) = serde_json::from_str::<serde_json::Value>(text) else {
+        return;
+    };
+    let Some(name) = value["schema"]
+        .as_str()
+        .and_then(|name| name.strip_prefix("mlr."))
+    else {
+        return;
+    };
+    let name = name.split('/').next().unwrap().replace('_', "-");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/schemas");
+    let schema = fs::read_to_string(folder.join(format!("{name}.schema.json"))).unwrap();
+    let schema = serde_json::from_str(&schema).unwrap();
+    if let Err(difference) = schema_check::check(&schema, &value) {
+        panic!("mlr-ga schema {name}: {difference}");
     }
 }
 

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// Samples that say nothing about the body, and since when.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SampleFault {
     kind: FaultKind,
     since_s: f64,
@@ -11,6 +12,7 @@ pub struct SampleFault {
 
 /// How samples can be worthless.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
     /// Every channel repeats bit for bit.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// Something that is wrong with a log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// What.
     pub kind: FindingKind,
@@ -22,6 +23,7 @@ pub struct Finding {
 
 /// What can be wrong with a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
     /// All values repeat bit for bit.
@@ -58,6 +60,7 @@ pub enum FindingKind {
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// Where it is, the log says nothing about the robot.

@@ -11,6 +11,7 @@ use crate::Recording;
 
 /// What a log says about itself, before anybody asks what the robot did.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LogQuality {
     /// Rows per second.
     pub sample_rate_hz: f64,

@@ -37,6 +37,22 @@ impl Serialize for Morphology {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Morphology {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Morphology".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "One list of existence numbers per leg, from the body outward.",
+            "type": "array",
+            "minItems": 1,
+            "items": {"type": "array", "minItems": 1, "items": {"type": "integer", "minimum": 0, "maximum": 1}}
+        })
+    }
+}
+
 /// One list per leg, of as many numbers as the healthy leg has links. Link logic is applied.
 impl<'de> Deserialize<'de> for Morphology {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{LegLayout, Morphology};
-use crate::ModelError;
+use crate::{ModelError, Robot};
 
 impl Morphology {
     /// Reads `111 110 …`: one group of existence numbers per leg, separated by
@@ -55,11 +55,21 @@ impl Morphology {
     /// The damage in words: "healthy", "legs 3,4 lost",
     /// "leg 2 lost from link 3 on".
     pub fn describe(&self) -> String {
+        self.in_words(|leg| leg.to_string())
+    }
+
+    /// The same with the names that the legs have on this robot: "leg 4 (middle right) lost".
+    pub fn describe_on(&self, robot: &Robot) -> String {
+        self.in_words(|leg| robot.numbered_name(leg))
+    }
+
+    /// In words, with a name for each leg by its number from 1.
+    fn in_words(&self, name: impl Fn(usize) -> String) -> String {
         let whole: Vec<_> = self
             .damaged_legs()
             .into_iter()
             .filter(|leg| self.remaining(leg - 1) == 0)
-            .map(|leg| leg.to_string())
+            .map(&name)
             .collect();
         let mut parts = Vec::new();
         match whole.len() {
@@ -70,7 +80,11 @@ impl Morphology {
         for leg in self.damaged_legs() {
             let remaining = self.remaining(leg - 1);
             if remaining > 0 {
-                parts.push(format!("leg {leg} lost from link {} on", remaining + 1));
+                parts.push(format!(
+                    "leg {} lost from link {} on",
+                    name(leg),
+                    remaining + 1
+                ));
             }
         }
         if parts.is_empty() {

@@ -124,6 +124,16 @@ impl Robot {
         &self.legs
     }
 
+    /// A leg for people: its number, from 1, and what the description calls it, as in
+    /// "4 (middle right)".
+    pub fn numbered_name(&self, number: usize) -> String {
+        let leg = number.checked_sub(1).and_then(|leg| self.legs.get(leg));
+        match leg {
+            Some(leg) if !leg.name.is_empty() => format!("{number} ({})", leg.name),
+            _ => number.to_string(),
+        }
+    }
+
     /// Names of all joints, leg by leg from the body outward, as in `leg1_coxa`: letters, digits
     /// and underscores. Links of a leg that share a name are numbered, as in `leg1_femur_2`.
     pub fn joint_names(&self) -> Vec<String> {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 /// A position servo: a spring and a damper towards the held, delayed and
 /// rate-limited command, with the motor and the gears that make the torque.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Servo {
     /// Torque per radian of a small position error.
@@ -34,6 +35,7 @@ pub struct Servo {
 /// the extended friction models M1 to M6 of
 /// [Duclusaud et al. (2024)](https://arxiv.org/abs/2410.08650).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Drive {
     /// Whether the torque limit is that of a motor at rest: damping is the motor's back EMF and takes

@@ -5,6 +5,7 @@ use crate::{Fault, Payload, Robot, Terrain};
 
 /// How a simulation is run. The defaults are the nominal model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SimulationSettings {
     /// How long the robot walks.
@@ -118,6 +119,7 @@ impl SimulationSettings {
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum LostLinks {
     /// Gone, with its mass.
@@ -130,6 +132,7 @@ pub enum LostLinks {
 
 /// The contact law between robot and ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct GroundContact {
     /// Coulomb friction coefficient.

@@ -17,6 +17,7 @@ const SELECTION_SHARE: f64 = 0.3;
 /// the other. At the last 0.3 s of what a step sees no error is measured, because the angle of a
 /// late sensor is not known there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Stretches {
     /// Parameters are fitted here while effects are selected.
     pub fit: [f64; 2],

@@ -14,6 +14,7 @@ const UNDETERMINED: f64 = 0.8;
 
 /// What a servo on a bench has that its data sheet lacks.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ServoExplanation {
     /// The most probable effects, in the order in which they entered.
     pub effects: Vec<TracedServoEffect>,
@@ -43,6 +44,7 @@ pub struct ServoSignals {
 
 /// An effect that entered.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TracedServoEffect {
     /// Name of the effect.
     pub kind: String,
@@ -64,6 +66,7 @@ pub struct TracedServoEffect {
 
 /// An effect that did not enter.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ServoCandidate {
     /// Name of the effect.
     pub kind: String,
@@ -73,6 +76,7 @@ pub struct ServoCandidate {
 
 /// Errors of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingError {
     /// The recording.
     pub recording: String,

@@ -23,6 +23,7 @@ use crate::{Posterior, Progress};
 
 /// How a walk is explained.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct EvidenceSettings {
     /// How robots of one make differ.

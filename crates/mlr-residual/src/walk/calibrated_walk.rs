@@ -14,6 +14,7 @@ use super::{
 /// Residual and sensitivities of a walk without effects at its most probable nuisance parameters,
 /// found with the same effort as in an explanation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibratedWalk {
     /// Time of each sample since the start of the walk; negative while the robot stands.
     pub walked_s: Vec<f64>,
@@ -41,6 +42,7 @@ pub struct CalibratedWalk {
 
 /// A nuisance parameter as fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibratedParameter {
     /// Its name.
     pub name: String,

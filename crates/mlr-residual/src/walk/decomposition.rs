@@ -11,6 +11,7 @@ use crate::statistics::{dominant_frequency, rms, runs_p_value, whiteness_p_value
 
 /// One axis of what a model leaves of a walk.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AxisResidual {
     /// Mean while the robot stands, if the log shows it.
     pub standing_deg: Option<f64>,
@@ -43,6 +44,7 @@ pub struct AxisResidual {
 
 /// A part of the residual at a multiple of the gait's frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Harmonic {
     /// Its frequency.
     pub frequency_hz: f64,

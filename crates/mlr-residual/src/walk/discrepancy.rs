@@ -17,6 +17,7 @@ use super::{WalkRecord, observation::GROUPS};
 /// gets wrong. The errors of roll and pitch are multiplied by a scale that differs from robot to
 /// robot, those of yaw by another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Discrepancy {
     /// Roll and pitch.
@@ -45,6 +46,7 @@ pub struct Discrepancy {
 
 /// Standard deviations of the parts of one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AxisDiscrepancy {
     /// Independent errors of the samples.
@@ -70,6 +72,7 @@ pub struct AxisDiscrepancy {
 
 /// Standard deviation of the rate of turning.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TurningDiscrepancy {
     /// Of a robot that goes straight on, where robots of one make turn alike, degrees per second.
@@ -83,6 +86,7 @@ pub struct TurningDiscrepancy {
 /// A standard deviation that grows with how far the body swings, and with how far robots of one
 /// make spread.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Amplitude {
     /// Without any swing, degrees.

@@ -10,6 +10,7 @@ use super::{WalkModel, WalkRecord};
 /// Standard deviations of the nuisance parameters about the robot's description. Each
 /// parameter has a normal prior.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct NuisanceSettings {
     /// Roll, pitch and yaw at which the sensor is mounted: glued on by hand.

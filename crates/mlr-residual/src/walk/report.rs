@@ -10,6 +10,7 @@ use super::{AxisResidual, Sensing};
 
 /// Why the walk of a robot differs from that of its model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WalkExplanation {
     /// The morphology as identified at first.
     pub morphology_before: Morphology,
@@ -83,6 +84,7 @@ impl WalkExplanation {
 
 /// Root mean square errors, degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StretchErrors {
     /// Over all axes, on the stretch that parameters were fitted on.
     pub fit_deg: f64,
@@ -108,6 +110,7 @@ impl StretchErrors {
 
 /// The value of a parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Reported {
     /// The number of a leg, link or joint, from 1.
@@ -142,6 +145,7 @@ impl std::fmt::Display for Reported {
 
 /// An effect that was added to the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TracedEffect {
     /// Name of the effect.
     pub kind: String,
@@ -163,6 +167,7 @@ pub struct TracedEffect {
 
 /// A hypothesis with its probability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WalkAlternative {
     /// Which links are left.
     pub morphology: Morphology,
@@ -178,6 +183,7 @@ pub struct WalkAlternative {
 
 /// Log times of stretches, from and to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StretchesS {
     /// What hypotheses are judged and parameters fitted by.
     pub fit: [f64; 2],
@@ -187,6 +193,7 @@ pub struct StretchesS {
 
 /// An effect with its parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Rival {
     /// Name of the effect.
     pub kind: String,
@@ -196,6 +203,7 @@ pub struct Rival {
 
 /// An effect that was not added, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WalkCandidate {
     /// Name of the effect.
     pub kind: String,
@@ -211,6 +219,7 @@ pub struct WalkCandidate {
 
 /// The most striking thing about what remains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RemainingResidual {
     /// Axis on which most remains, compared with what usually does.
     pub axis: &'static str,
@@ -232,6 +241,7 @@ pub struct RemainingResidual {
 
 /// Something for each axis, by its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ByAxis {
     /// About x.
     pub roll: AxisResidual,

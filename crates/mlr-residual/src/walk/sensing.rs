@@ -9,6 +9,7 @@ use super::WalkRecord;
 /// A gyroscope and an accelerometer, how they are mounted, and the filter that makes
 /// roll, pitch and yaw of them. The default is a sensor without faults.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensing {
     /// Roll, pitch and yaw at which the sensor is mounted on the body, degrees.

@@ -31,6 +31,7 @@ pub struct LearnedRobot {
 
 /// What is told of a calibration when the daemon starts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KnownCalibration {
     /// When it was learned, RFC 3339.
     pub time: String,

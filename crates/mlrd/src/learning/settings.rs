@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// How the robot is learned from its healthy walks, the section `[learning]` of the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct LearningSettings {
     /// Length of a stretch of walk that is learned from.

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 /// A parameter of the robot that is no longer what it was.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Wear {
     /// Its name.
     pub parameter: String,

@@ -5,7 +5,7 @@ mod lessons;
 mod start;
 
 use std::{
-    io,
+    io::{self, Write},
     path::PathBuf,
     process::ExitCode,
     sync::{
@@ -51,9 +51,12 @@ pub fn run(options: &Options) -> ExitCode {
     let Ok(messages) = Messages::to_stderr() else {
         return ExitCode::FAILURE;
     };
-    let started = options
-        .settings()
-        .and_then(|settings| Service::start(&settings, messages.clone()));
+    let started = match options.printed() {
+        Ok(Some(text)) => return print(&text),
+        Ok(None) => options.settings(),
+        Err(error) => Err(error),
+    };
+    let started = started.and_then(|settings| Service::start(&settings, messages.clone()));
     let status = match started {
         Ok(service) => service.serve(),
         Err(error) => {
@@ -63,6 +66,17 @@ pub fn run(options: &Options) -> ExitCode {
     };
     messages.finish(LAST_LINES);
     status
+}
+
+/// Prints a text that was asked for in place of everything else. A reader who has seen enough of
+/// it is no failure.
+fn print(text: &str) -> ExitCode {
+    let printed = io::stdout().lock().write_all(text.as_bytes());
+    let is_fine = |error: &io::Error| error.kind() == io::ErrorKind::BrokenPipe;
+    match printed.as_ref().map_or_else(is_fine, |()| true) {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    }
 }
 
 struct Service {

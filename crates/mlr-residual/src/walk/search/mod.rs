@@ -55,6 +55,7 @@ pub(crate) struct Searched<'a> {
 /// How much is tried. Each number bounds the effort and decides nothing: what is left out scored
 /// lower before it was fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Effort {
     /// Morphologies whose sensitivities are computed.

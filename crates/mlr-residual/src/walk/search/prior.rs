@@ -10,6 +10,7 @@ use crate::walk::hypothesis::Placement;
 /// Prior probabilities of hypotheses besides those of morphologies. Kinds of effects are equally
 /// probable, and so are the places of a kind: nobody has counted them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct EffectPrior {
     /// Probability that a robot has any effect: whoever asks for an explanation expects one as
