@@ -5,16 +5,22 @@ use std::error::Error;
 use anyhow::anyhow;
 use mlr_ga::{stance_center_m, stance_joints_m};
 use mlr_model::{Gait, JointAxis, Robot, kinematics::inverse};
-use plotters::{coord::types::RangedCoordf64, prelude::*};
+use plotters::{
+    coord::types::RangedCoordf64,
+    prelude::*,
+    style::text_anchor::{HPos, Pos, VPos},
+};
 
 const WIDTH: u32 = 720;
-const MARGIN: f64 = 0.12;
+const MARGIN: f64 = 0.16;
 const BODY: RGBColor = RGBColor(0x59, 0x5f, 0x69);
 const LINK: RGBColor = RGBColor(0x1f, 0x4e, 0x79);
 const FOOT: RGBColor = RGBColor(0xd9, 0x6b, 0x0b);
 const GROUND: RGBColor = RGBColor(0x9a, 0x9a, 0x9a);
 const CENTER: RGBColor = RGBColor(0xb0, 0x1e, 0x2e);
 const FONT: &str = "sans-serif";
+/// Straight pieces of an arc.
+const ARC: u32 = 24;
 
 type Drawn = Result<(), Box<dyn Error>>;
 type Plane<'a> = DrawingArea<SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -94,19 +100,28 @@ fn projected(
             let ground = vec![(left, -feet.body_height_m), (right, -feet.body_height_m)];
             plane.draw(&PathElement::new(ground, GROUND))?;
         }
-        for (number, leg) in (1..).zip(&legs) {
+        for leg in &legs {
             plane.draw(&PathElement::new(leg.clone(), LINK.stroke_width(3)))?;
             for joint in leg {
                 plane.draw(&Circle::new(*joint, 3, LINK.filled()))?;
             }
             if let Some(foot) = leg.last() {
                 plane.draw(&Circle::new(*foot, 5, FOOT.filled()))?;
-                let name = match from_above {
-                    true => robot.numbered_name(number),
-                    false => number.to_string(),
-                };
-                text(plane, &name, (foot.0, foot.1 - 0.08 * scale), FOOT)?;
             }
+        }
+        for (foot, name) in names_of_feet(robot, &legs, from_above) {
+            let away = if from_above && foot.1 > 0.0 {
+                0.12
+            } else {
+                -0.12
+            };
+            text(
+                plane,
+                &name,
+                (foot.0, foot.1 + away * scale),
+                FOOT,
+                HPos::Center,
+            )?;
         }
         let axes = [
             ([scale, 0.0, 0.0], "x"),
@@ -118,7 +133,7 @@ fn projected(
             let end = onto(end.map(|along| 0.5 * along));
             if end != origin {
                 plane.draw(&PathElement::new(vec![origin, end], BLACK))?;
-                text(plane, name, end, BLACK)?;
+                text(plane, &format!(" {name}"), end, BLACK, HPos::Left)?;
             }
         }
         if let Some(center) = stance_center_m(robot, gait) {
@@ -129,10 +144,48 @@ fn projected(
                 "centre of mass",
                 (center.0, center.1 - 0.1 * scale),
                 CENTER,
+                HPos::Center,
             )?;
         }
         Ok(())
     })
+}
+
+/// What stands beside each foot: from the side, one foot hides another.
+fn names_of_feet(robot: &Robot, legs: &[Vec<Point>], from_above: bool) -> Vec<(Point, String)> {
+    let mut named: Vec<(Point, String)> = Vec::new();
+    for (number, foot) in (1..).zip(legs.iter().map(|leg| leg.last())) {
+        let Some(foot) = foot else { continue };
+        if from_above {
+            named.push((*foot, robot.numbered_name(number)));
+            continue;
+        }
+        let hidden = named
+            .iter_mut()
+            .find(|(other, _)| (other.0 - foot.0).abs() < 1e-3);
+        match hidden {
+            Some((_, name)) => *name += &format!(", {number}"),
+            None => named.push((*foot, number.to_string())),
+        }
+    }
+    named
+}
+
+/// The angles of a joint at zero and as it is, and what is said of it.
+struct DrawnJoint {
+    at: Point,
+    /// Directions of the link from the level, at zero and as it is.
+    pitch_rad: [f64; 2],
+    length_m: f64,
+    name: String,
+}
+
+/// So far from a point in this direction.
+fn along(from: Point, length_m: f64, pitch_rad: f64) -> Point {
+    (
+        from.0 + length_m * libm::cos(pitch_rad),
+        from.1 + length_m * libm::sin(pitch_rad),
+    )
 }
 
 /// The first leg in its stance, its lifting joints seen from the side: along its plane, and up.
@@ -150,12 +203,9 @@ fn leg_angles(robot: &Robot, gait: &Gait) -> anyhow::Result<Option<String>> {
     let mut at: Point = (0.0, 0.0);
     let mut pitch_rad = 0.0;
     let mut joints = vec![at];
-    let mut labels = Vec::new();
+    let mut drawn_joints = Vec::new();
     for (link, angle_rad) in leg.links.iter().zip(&angles_rad) {
-        let zero = (
-            at.0 + 0.6 * link.length_m * libm::cos(pitch_rad),
-            at.1 + 0.6 * link.length_m * libm::sin(pitch_rad),
-        );
+        let zero_rad = pitch_rad;
         let turns = match link.joint {
             JointAxis::Lift => {
                 pitch_rad += angle_rad;
@@ -163,29 +213,47 @@ fn leg_angles(robot: &Robot, gait: &Gait) -> anyhow::Result<Option<String>> {
             }
             JointAxis::Yaw => "yaw",
         };
-        let name = format!("{}: {turns} {:.1}°", link.name, angle_rad.to_degrees());
-        labels.push((at, zero, name));
-        at = (
-            at.0 + link.length_m * libm::cos(pitch_rad),
-            at.1 + link.length_m * libm::sin(pitch_rad),
-        );
+        drawn_joints.push(DrawnJoint {
+            at,
+            pitch_rad: [zero_rad, pitch_rad],
+            length_m: link.length_m,
+            name: format!("{}: {turns} {:.1}°", link.name, angle_rad.to_degrees()),
+        });
+        at = along(at, link.length_m, pitch_rad);
         joints.push(at);
     }
-    let points = joints
+    let zeros = drawn_joints
         .iter()
-        .copied()
-        .chain(labels.iter().map(|(_, zero, _)| *zero));
+        .map(|joint| along(joint.at, 0.6 * joint.length_m, joint.pitch_rad[0]));
+    let points = joints.iter().copied().chain(zeros);
+    let size_m: f64 = leg.links.iter().map(|link| link.length_m).sum();
     let title = format!("leg {}, angles of the stance", robot.numbered_name(1));
     let drawn = in_plane(points.collect(), |plane| {
         plane.draw(&PathElement::new(joints.clone(), LINK.stroke_width(4)))?;
-        for (joint, zero, name) in &labels {
-            // Where the link would be with the joint at zero.
-            plane.draw(&PathElement::new(vec![*joint, *zero], GROUND))?;
-            plane.draw(&Circle::new(*joint, 4, LINK.filled()))?;
-            text(plane, name, (joint.0, joint.1 + 0.012), BLACK)?;
+        for joint in &drawn_joints {
+            let [zero_rad, as_it_is_rad] = joint.pitch_rad;
+            // Where the link would be with the joint at zero, and how far it is turned from there.
+            let zero = along(joint.at, 0.6 * joint.length_m, zero_rad);
+            plane.draw(&PathElement::new(vec![joint.at, zero], GROUND))?;
+            let arc = (0..=ARC).map(|step| {
+                let share = f64::from(step) / f64::from(ARC);
+                let pitch_rad = zero_rad + share * (as_it_is_rad - zero_rad);
+                along(joint.at, 0.3 * joint.length_m, pitch_rad)
+            });
+            plane.draw(&PathElement::new(arc.collect::<Vec<_>>(), CENTER))?;
+            plane.draw(&Circle::new(joint.at, 4, LINK.filled()))?;
+            // On the side of the joint where neither the link nor its zero is.
+            let (up, place) = match as_it_is_rad - zero_rad {
+                turned if turned > 0.0 => (-0.06, HPos::Left),
+                turned if turned < 0.0 => (0.06, HPos::Right),
+                _ => (0.06, HPos::Left),
+            };
+            let beside = (joint.at.0, joint.at.1 + up * size_m);
+            text(plane, &joint.name, beside, BLACK, place)?;
         }
         plane.draw(&Circle::new(at, 5, FOOT.filled()))?;
-        text(plane, &title, (joints[0].0, joints[0].1 + 0.03), BODY)
+        let below = (joints[0].0, at.1);
+        text(plane, &title, below, BODY, HPos::Left)
     })?;
     Ok(Some(drawn))
 }
@@ -216,23 +284,32 @@ fn phases(robot: &Robot, gait: &Gait) -> anyhow::Result<Option<String>> {
             text(
                 plane,
                 &robot.numbered_name(leg + 1),
-                (-0.3, low + 0.6 * row),
+                (-0.04, low + 0.35 * row),
                 BLACK,
+                HPos::Right,
             )?;
         }
         for (share, name) in [
             (0.0, "0".to_string()),
-            (0.9, format!("{} s", gait.period_s)),
+            (1.0, format!("{} s", gait.period_s)),
         ] {
-            text(plane, &name, (share, 0.7 * row), BLACK)?;
+            text(plane, &name, (share, 0.6 * row), BLACK, HPos::Center)?;
         }
-        text(plane, "orange: the foot swings", (0.25, 0.7 * row), FOOT)
+        text(
+            plane,
+            "orange: the foot swings",
+            (0.5, 0.6 * row),
+            FOOT,
+            HPos::Center,
+        )
     })?;
     Ok(Some(drawn))
 }
 
-fn text(plane: &Plane<'_>, text: &str, at: Point, color: RGBColor) -> Drawn {
-    let style = (FONT, 13).into_font().color(&color);
+/// A text whose place is its left end, its middle or its right end.
+fn text(plane: &Plane<'_>, text: &str, at: Point, color: RGBColor, place: HPos) -> Drawn {
+    let style = (FONT, 17).into_font().color(&color);
+    let style = style.pos(Pos::new(place, VPos::Center));
     plane.draw(&Text::new(text.to_string(), at, style))?;
     Ok(())
 }
