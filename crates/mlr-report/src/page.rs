@@ -213,12 +213,6 @@ fn manifest(report: &Report<'_>) -> Vec<(&'static str, String)> {
     let found = report.identification;
     let mut rows = vec![
         ("program", made.program.clone()),
-        (
-            "commit",
-            made.commit
-                .clone()
-                .unwrap_or_else(|| "not recorded in this build".into()),
-        ),
         ("identification", made.identification.clone()),
         (
             "decided by",

@@ -48,10 +48,8 @@ pub struct Walk<'a> {
 /// What is needed to get a report again.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Manifest {
-    /// Name and version of the program.
+    /// Name and version of the program, with the commit that it was built of where that is known.
     pub program: String,
-    /// The commit that it was built of, where that is known.
-    pub commit: Option<String>,
     /// Where the identification came from.
     pub identification: String,
     /// The file that describes the robot; none for the embedded one.

@@ -198,7 +198,6 @@ fn texts_from_files_stay_texts() {
         report.walks[0].detector = Err(HOSTILE.into());
         report.manifest = Manifest {
             program: HOSTILE.into(),
-            commit: Some(HOSTILE.into()),
             identification: HOSTILE.into(),
             robot_file: Some(HOSTILE.into()),
         };

@@ -1,11 +1,12 @@
 //! `mlr-ga convert`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
 use mlr_imu::{LogFormat, NewFile, OrientationSource, Recording, write_recording};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::{log_file::LogFile, output};
 
@@ -25,6 +26,28 @@ pub(super) struct ConvertOptions {
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
+}
+
+/// The JSON object about a conversion.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Report<'a> {
+    #[schemars(extend("const" = SCHEMA))]
+    schema: &'static str,
+    log: &'a Path,
+    /// The new file.
+    file: &'a Path,
+    samples: usize,
+    /// Log time of the first sample.
+    begin_s: Option<f64>,
+    /// Log time of the last sample.
+    end_s: Option<f64>,
+    /// Whether the log has an orientation, rather than one that would be fused from raw samples.
+    has_orientation: bool,
+    has_raw_samples: bool,
+    /// What the new file cannot hold.
+    left_out: &'a [String],
+    /// What a person should know about how the log was read.
+    warnings: &'a [String],
 }
 
 /// A log, and what a new file of its samples lacks.
@@ -55,7 +78,7 @@ pub(super) fn run(options: &ConvertOptions) -> anyhow::Result<()> {
         output::message(&format!("left out: {what}"));
     }
     Ok(output::result(&match options.json {
-        true => options.json_report(&converted),
+        true => options.json_report(&converted)?,
         false => options.table(&converted),
     })?)
 }
@@ -85,22 +108,22 @@ impl ConvertOptions {
         })
     }
 
-    fn json_report(&self, converted: &Converted) -> String {
+    fn json_report(&self, converted: &Converted) -> serde_json::Result<String> {
         let recording = &converted.recording;
         let times_s = recording.orientation.times_s();
-        let report = json!({
-            "schema": SCHEMA,
-            "log": self.log.path(),
-            "file": self.output,
-            "samples": times_s.len(),
-            "begin_s": times_s.first(),
-            "end_s": times_s.last(),
-            "has_orientation": recording.source == OrientationSource::Recorded,
-            "has_raw_samples": recording.raw.is_some(),
-            "left_out": converted.left_out,
-            "warnings": recording.notes,
-        });
-        format!("{report}\n")
+        let report = Report {
+            schema: SCHEMA,
+            log: self.log.path(),
+            file: &self.output,
+            samples: times_s.len(),
+            begin_s: times_s.first().copied(),
+            end_s: times_s.last().copied(),
+            has_orientation: recording.source == OrientationSource::Recorded,
+            has_raw_samples: recording.raw.is_some(),
+            left_out: &converted.left_out,
+            warnings: &recording.notes,
+        };
+        Ok(serde_json::to_string(&report)? + "\n")
     }
 
     /// The report for people.

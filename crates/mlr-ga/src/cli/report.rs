@@ -19,8 +19,8 @@ use mlr_report::{
     answer::{Explanation, Identification},
     plots::{Footfalls, WalkSignals},
 };
-use serde::Deserialize;
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::{
     identification::{Asked, IdentificationOptions},
@@ -33,9 +33,6 @@ use super::{
 /// Version of the JSON output.
 const SCHEMA: &str = "mlr.report/1";
 
-/// The commit that the program was built of, for builds that are told.
-const COMMIT: Option<&str> = option_env!("MLR_COMMIT");
-
 /// Pixels of a PNG for each of its SVG: a column of a paper at 300 dpi has half of them.
 const PNG_SCALE: f32 = 4.0;
 
@@ -44,6 +41,23 @@ const PNG_SCALE: f32 = 4.0;
 const SAME_COST: f64 = 0.02;
 /// The same of the start of the compared stretch.
 const SAME_START_S: f64 = 0.005;
+
+/// The JSON object about a page.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Made {
+    #[schemars(extend("const" = SCHEMA))]
+    schema: &'static str,
+    /// The page.
+    file: String,
+    /// Its size.
+    bytes: usize,
+    /// Files of the plots, if they were asked for.
+    plots: Vec<String>,
+    /// What a page could show and this one does not, with the command that computes it.
+    not_computed: Vec<&'static str>,
+    /// Time that it took.
+    elapsed_s: f64,
+}
 
 #[derive(Debug, Args)]
 pub(super) struct ReportOptions {
@@ -140,15 +154,15 @@ pub(super) fn run(options: &ReportOptions) -> anyhow::Result<()> {
     let plots = options.write_plots(&report)?;
     let file = options.output.display().to_string();
     let text = if options.json {
-        let report = json!({
-            "schema": SCHEMA,
-            "file": file,
-            "bytes": html.len(),
-            "plots": plots,
-            "not_computed": report.not_computed(),
-            "elapsed_s": started.elapsed().as_secs_f64(),
-        });
-        format!("{report}\n")
+        let made = Made {
+            schema: SCHEMA,
+            file,
+            bytes: html.len(),
+            plots,
+            not_computed: report.not_computed(),
+            elapsed_s: started.elapsed().as_secs_f64(),
+        };
+        serde_json::to_string(&made)? + "\n"
     } else {
         let mut table = output::Table::default();
         table.line("damage", &found.description);
@@ -270,8 +284,7 @@ impl ReportOptions {
     fn manifest(&self) -> Manifest {
         let robot_file = self.identification.robot_file();
         Manifest {
-            program: format!("mlr-ga {}", env!("CARGO_PKG_VERSION")),
-            commit: COMMIT.map(String::from),
+            program: format!("mlr-ga {}", env!("MLR_VERSION")),
             identification: match &self.answer {
                 Some(path) => format!("read from {}", shown(path)),
                 None => "made for this page".into(),

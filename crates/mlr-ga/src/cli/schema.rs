@@ -9,8 +9,8 @@ use mlr_ga::{
 use schemars::{JsonSchema, Schema, generate::SchemaSettings};
 
 use super::{
-    compare, detect, evaluate, evaluate_discrepancy, evaluate_effects, explain_sensor,
-    explain_servo, export, import, model_files::MethodName, output, simulate,
+    compare, convert, detect, evaluate, evaluate_discrepancy, evaluate_effects, explain_sensor,
+    explain_servo, export, import, model_files::MethodName, output, report, simulate,
 };
 
 /// A schema by its name.
@@ -51,6 +51,7 @@ const SCHEMAS: &[Named] = &[
         name: CONFIG,
         text: || of::<Configuration>(CONFIG, SchemaSettings::for_deserialize),
     },
+    printed!("conversion", convert::Report<'static>),
     printed!("detection", detect::Report<'static>),
     printed!("diagnosis", DiagnosisReport),
     printed!("discrepancy", evaluate_discrepancy::Report),
@@ -64,6 +65,7 @@ const SCHEMAS: &[Named] = &[
     kept!("mlrd-event"),
     printed!("probe", ProbeReport),
     printed!("recovery", RecoveryReport),
+    printed!("report", report::Made),
     printed!("robot", ExportedJson),
     printed!("robot-check", RobotCheck),
     printed!("sensor-explanation", explain_sensor::Report<'static>),
