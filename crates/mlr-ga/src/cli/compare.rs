@@ -77,7 +77,7 @@ pub(super) fn run(options: &CompareOptions) -> anyhow::Result<()> {
         )?)?;
     }
     if let Some(file) = signals {
-        file.write(&csv(&comparison.signals))?;
+        file.write(csv(&comparison.signals))?;
     }
     let report = Report {
         schema: SCHEMA,

@@ -104,7 +104,7 @@ struct MotionFiles {
 
 impl MotionFiles {
     fn write(self, motion: &Gait, robot: &Robot) -> anyhow::Result<()> {
-        self.motion.write(&motion.to_toml())?;
+        self.motion.write(motion.to_toml())?;
         if let (Some(file), Motion::Joints(joints)) = (self.joints, &motion.motion) {
             file.write(&joints.to_csv(robot)?)?;
         }

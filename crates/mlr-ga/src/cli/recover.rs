@@ -87,7 +87,7 @@ pub(super) fn run(options: &RecoverOptions) -> anyhow::Result<()> {
     let found = recovery_gait(of, &recovery, options.seed, &bar);
     bar.clear();
     let found = found?;
-    file.write(&found.gait.to_toml())?;
+    file.write(found.gait.to_toml())?;
     if let (Some(file), Motion::Joints(joints)) = (joints_file, &found.gait.motion) {
         file.write(&joints.to_csv(&robot)?)?;
     }

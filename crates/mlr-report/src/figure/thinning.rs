@@ -45,7 +45,7 @@ mod tests {
         let kept = thinned(signal.clone(), 200);
         assert!(kept.len() <= 4 * 201, "{}", kept.len());
         assert_eq!(kept.first(), Some(&(0.0, 0.0)));
-        assert_eq!(kept.last(), signal.clone().last().as_ref());
+        assert_eq!(kept.last(), signal.clone().next_back().as_ref());
         assert!(kept.contains(&(4.321, 9.0)));
         assert!(kept.windows(2).all(|pair| pair[0].0 < pair[1].0));
     }
