@@ -163,7 +163,10 @@ fn the_table_is_for_people() {
     let log = simulated(&folder, "log.csv", &["--legs-lost", "3"]);
     let config = folder.write("quick.toml", QUICK);
     let table = folder.succeeds(&["identify", &log, "--config", &config]);
-    assert!(table.contains("\ndamage        leg 3 (middle left) lost"), "{table}");
+    assert!(
+        table.contains("\ndamage        leg 3 (middle left) lost"),
+        "{table}"
+    );
     assert!(table.contains("\nnext best     111 "), "{table}");
 }
 
