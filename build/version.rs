@@ -4,6 +4,11 @@
 //! A packager who builds elsewhere names the commit with `MLR_COMMIT`. Other builds name none: they
 //! would have to be made anew after every commit.
 
+#![allow(
+    clippy::print_stdout,
+    reason = "a build script speaks to Cargo on stdout"
+)]
+
 use std::{env, path::PathBuf, process::Command};
 
 fn main() {
