@@ -146,7 +146,7 @@ impl RobotCheck {
                 continue;
             };
             let when = match time_s > 0.0 {
-                true => format!("{:.2} s into the gait", time_s),
+                true => format!("{time_s:.2} s into the gait"),
                 false => "in the stance".into(),
             };
             self.problems.push(format!(

@@ -91,9 +91,9 @@ pub enum LogProblem {
         /// The name looked for.
         column: String,
         /// The names that are there.
-        found: String,
+        found: Box<str>,
         /// What to type instead.
-        hint: String,
+        hint: Box<str>,
     },
     /// A column's name is there twice.
     #[error("{place}: column {column:?} appears more than once (capitals make no difference)")]

@@ -184,7 +184,11 @@ fn with_hint(problem: LogProblem, columns: &Columns, names: &[String]) -> LogPro
                 place,
                 column,
                 found,
-                hint: if mapping.is_empty() { near } else { mapping },
+                hint: if mapping.is_empty() {
+                    near
+                } else {
+                    mapping.into()
+                },
             }
         }
         other => other,

@@ -28,7 +28,7 @@ pub struct LogTable<R> {
 }
 
 enum Rows<R> {
-    Text(TextRows<R>),
+    Text(Box<TextRows<R>>),
     Messages(ImuRows),
 }
 
@@ -163,7 +163,7 @@ impl<R: Read> LogTable<R> {
     pub fn new(text: R, limits: LogLimits) -> Result<Self, LogProblem> {
         let (rows, header) = TextRows::new(text, limits)?;
         Ok(Self {
-            rows: Rows::Text(rows),
+            rows: Rows::Text(Box::new(rows)),
             names: header.names,
             header: Place::Line(header.line),
             in_body_axes: header.in_body_axes,
@@ -204,10 +204,10 @@ impl<R: Read> LogTable<R> {
             Err(LogProblem::MissingColumn {
                 place: self.header.clone(),
                 column: shortened(column),
-                found: listed(self.names.iter().map(String::as_str)),
+                found: listed(self.names.iter().map(String::as_str)).into(),
                 hint: match near.as_slice() {
-                    [] => String::new(),
-                    near => format!("; near it: {}", listed(near.iter().copied())),
+                    [] => "".into(),
+                    near => format!("; near it: {}", listed(near.iter().copied())).into(),
                 },
             })
         })

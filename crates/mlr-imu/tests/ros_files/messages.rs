@@ -93,7 +93,8 @@ fn the_time_is_that_of_the_header() {
 
 #[test]
 fn where_headers_say_no_time_that_of_recording_is_taken() {
-    let cases: [(fn(u32) -> [u32; 2], &str); 5] = [
+    type Stamps = fn(u32) -> [u32; 2];
+    let cases: [(Stamps, &str); 5] = [
         (|_| [0, 0], "are zero"),
         (|_| [1_700_000_000, 5], "make no sense"),
         (|index| [1_700_000_000 - index, 0], "make no sense"),

@@ -69,7 +69,7 @@ fn read_records<R: Read>(input: &mut Input<R>, topics: &mut Topics<'_>) -> Resul
                 let data = input.bytes(data_bytes, "a connection", MAX_CONNECTION_BYTES)?;
                 let of_type = Fields::new(data).and_then(|fields| fields.text("type"));
                 let kind = of_type.map(|name| Kind::of(&name, "ros1"));
-                kind.and_then(|kind| topics.declare(connection, &topic, kind, false))
+                kind.and_then(|kind| topics.declare(connection, &topic, &kind, false))
                     .map_err(|what| input.damaged(what))?;
             }
             op::CHUNK if input.is_of_chunk() => {

@@ -103,7 +103,7 @@ fn read_record<R: Read>(
             let kind = Kind::of(type_name, &encoding);
             let in_body_axes = channel.metadata.contains(&AXES);
             topics
-                .declare(channel.id.into(), channel.topic, kind, in_body_axes)
+                .declare(channel.id.into(), channel.topic, &kind, in_body_axes)
                 .map_err(|what| input.damaged(what))
         }
         op::MESSAGE => {

@@ -115,7 +115,7 @@ impl<'a> Topics<'a> {
         &mut self,
         connection: u32,
         topic: &str,
-        kind: Kind,
+        kind: &Kind,
         in_body_axes: bool,
     ) -> Result<(), String> {
         if topic.len() > MAX_NAME_BYTES {
@@ -136,7 +136,7 @@ impl<'a> Topics<'a> {
             messages: 0,
         });
         let is_imu = |kind: &Kind| matches!(kind, Kind::Imu(_));
-        if topic.kind != kind && (is_imu(&topic.kind) || is_imu(&kind)) {
+        if topic.kind != *kind && (is_imu(&topic.kind) || is_imu(kind)) {
             let (before, now) = (topic.kind.name(), kind.name());
             return Err(format!(
                 "{}: declared as {} and as {}",
