@@ -86,7 +86,7 @@ fn projected(
         .collect();
     let all = legs.iter().flatten().chain(&body).copied();
     let scale = half.norm();
-    in_plane(all.collect(), |plane| {
+    in_plane(&all.collect::<Vec<_>>(), |plane| {
         plane.draw(&Polygon::new(body.clone(), BODY.mix(0.25)))?;
         plane.draw(&PathElement::new(body.clone(), BODY))?;
         if from_above {
@@ -228,7 +228,7 @@ fn leg_angles(robot: &Robot, gait: &Gait) -> anyhow::Result<Option<String>> {
     let points = joints.iter().copied().chain(zeros);
     let size_m: f64 = leg.links.iter().map(|link| link.length_m).sum();
     let title = format!("leg {}, angles of the stance", robot.numbered_name(1));
-    let drawn = in_plane(points.collect(), |plane| {
+    let drawn = in_plane(&points.collect::<Vec<_>>(), |plane| {
         plane.draw(&PathElement::new(joints.clone(), LINK.stroke_width(4)))?;
         for joint in &drawn_joints {
             let [zero_rad, as_it_is_rad] = joint.pitch_rad;
@@ -266,7 +266,7 @@ fn phases(robot: &Robot, gait: &Gait) -> anyhow::Result<Option<String>> {
     let legs = feet.phase_offsets.len();
     let row = 0.1;
     let corners = vec![(-0.35, 0.0), (1.0, row * (legs + 1) as f64)];
-    let drawn = in_plane(corners, |plane| {
+    let drawn = in_plane(&corners, |plane| {
         for (leg, offset) in feet.phase_offsets.iter().enumerate() {
             let low = row * (legs - leg) as f64;
             let bar = |from: f64, to: f64, style: ShapeStyle| {
@@ -315,7 +315,7 @@ fn text(plane: &Plane<'_>, text: &str, at: Point, color: RGBColor, place: HPos) 
 }
 
 /// An SVG in which a metre is as long in both directions, with room for all these points.
-fn in_plane(points: Vec<Point>, draw: impl FnOnce(&Plane<'_>) -> Drawn) -> anyhow::Result<String> {
+fn in_plane(points: &[Point], draw: impl FnOnce(&Plane<'_>) -> Drawn) -> anyhow::Result<String> {
     let bounds = |of: fn(&Point) -> f64| {
         let values = points.iter().map(of);
         let low = values.clone().fold(f64::INFINITY, f64::min);

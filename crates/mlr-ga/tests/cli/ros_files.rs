@@ -129,8 +129,7 @@ fn what_another_format_cannot_hold_is_said() {
     let text = fs::read_to_string(&table).unwrap();
     assert!(
         text.starts_with("t_s,ax_mps2,"),
-        "only raw samples: {:.80}",
-        text
+        "only raw samples: {text:.80}"
     );
 
     let mut early = HEADER.replace('\n', ",temperature_c\n");
