@@ -32,12 +32,15 @@ struct Estimate {
 
 const MEASURED: Duration = Duration::from_secs(2);
 
-/// Walks of five seconds that an identification without an atlas takes.
+/// Walks of five seconds that an identification without an atlas takes: measured are 17 s of two
+/// cores (README.md), at 31 ms a walk. Not counted.
 const IDENTIFICATION_WALKS: f64 = 1100.0;
-/// The same of an explanation. 3629 and 2906 were counted (docs/explain.md).
+/// The same of an explanation: 3629 and 2906 walks were counted, of up to ten seconds each
+/// (docs/explain.md); measured are 82 s of two cores, at 31 ms for five seconds of walk.
 const EXPLANATION_WALKS: f64 = 5000.0;
-/// The same of a lesson from one healthy walk.
-const CALIBRATION_WALKS: f64 = 400.0;
+/// The same of a lesson from one healthy walk: 3065 walks were counted of `mlr-ga calibrate` on
+/// the stand-in log `healthy`. They are taken to be as long as those of an explanation.
+const CALIBRATION_WALKS: f64 = 5000.0;
 
 pub(super) fn measure(settings: &Settings, robot: &Robot, gait: &Gait, findings: &mut Findings) {
     const CHECK: &str = "computer";
