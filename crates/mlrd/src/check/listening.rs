@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use mlr_imu::frames::{Counts, Framing, Recognizer};
+use mlr_imu::frames::{Counts, Decode, Framing, Recognizer};
 use nalgebra::Vector3;
 
 use crate::{
@@ -100,7 +100,7 @@ pub(super) fn listen(port: &mut dyn Reading, settings: &Settings, time: Duration
             }
         };
         heard.bytes += bytes.len();
-        recognizer_takes(&mut recognizer, &bytes);
+        recognizer.extend(&bytes, &mut Vec::new());
         if !bytes.is_empty() {
             heard.take(&mut sensor, begin.elapsed(), &bytes);
         }
@@ -122,14 +122,9 @@ pub(super) fn framing(
     let begin = Instant::now();
     while begin.elapsed() < time && recognizer.framing().is_none() {
         let bytes = port.read().ok()?;
-        recognizer_takes(&mut recognizer, &bytes);
+        recognizer.extend(&bytes, &mut Vec::new());
     }
     recognizer.framing()
-}
-
-fn recognizer_takes(recognizer: &mut Recognizer, bytes: &[u8]) {
-    use mlr_imu::frames::Decode;
-    recognizer.extend(bytes, &mut Vec::new());
 }
 
 impl Listened {
