@@ -250,6 +250,8 @@ fn levelled_deg(told: &Mounting, up: &Vector3<f64>) -> [f64; 3] {
 /// calibrated, or was read with the wrong range.
 const SCALE_OFF: f64 = 0.03;
 const RANGE_OFF: f64 = 0.2;
+/// With the right range, gravity is this close. Values in g instead of m/s², which are a tenth, fit no range.
+const RANGE_FITS: f64 = 0.1;
 
 fn gravity(settings: &Settings, heard: &Listened, findings: &mut Findings) {
     const CHECK: &str = "gravity";
@@ -289,7 +291,7 @@ fn range_cure(told: AccelerometerRange, ratio: f64) -> String {
     ];
     let fitting = ranges
         .into_iter()
-        .find(|(_, range)| (counts_per_g / range.counts_per_g() - 1.0).abs() <= RANGE_OFF);
+        .find(|(_, range)| (counts_per_g / range.counts_per_g() - 1.0).abs() <= RANGE_FITS);
     match fitting {
         Some((name, _)) => format!("set [full_scale] accelerometer = \"{name}\" in mlrd.toml"),
         None => "the units are wrong: m/s² are expected of lines of text, the chip's ranges of \
