@@ -13,10 +13,13 @@
 //! then on; healthy walks are learned from ([`learning`]). Events are JSON lines on stdout ([`event`]), messages for people go to
 //! stderr, both from threads of their own ([`output`]): nothing waits for a reader.
 //! While the sensor has a fault ([`sensor_fault`]) nothing is concluded about the robot.
+//! `mlrd check` tells beforehand what is missing for all of that (`check`).
 //! [`Settings`] is everything that can be chosen.
 
 pub mod attitude;
 pub mod background;
+mod check;
+mod command_line;
 pub mod event;
 pub mod explainer;
 pub mod learning;
@@ -42,6 +45,7 @@ pub mod stopped_clock;
 pub mod supervisor;
 pub mod worker;
 
+pub use command_line::CommandLine;
 pub use options::Options;
 pub use service::run;
 pub use settings::{FramingName, RecordFormat, RecordSettings, Settings};

@@ -5,5 +5,5 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    mlrd::run(&mlrd::Options::parse())
+    mlrd::CommandLine::parse().run()
 }

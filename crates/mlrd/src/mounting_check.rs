@@ -88,41 +88,46 @@ impl MountingCheck {
         match (before, self.verdict) {
             (Verdict::Unknown, Verdict::UpsideDown) => Some(Turn::UpsideDown {
                 since_s,
-                reason: self.cure(),
+                reason: format!("{UPSIDE_DOWN}. {}", cure(&self.mounting)),
             }),
             (Verdict::UpsideDown, Verdict::Upright) => Some(Turn::Upright),
             _ => None,
         }
     }
+}
 
-    /// The body turned by half about its x axis is Rx(180°)·Rz(ψ)·Ry(θ)·Rx(φ) =
-    /// Rz(-ψ)·Ry(-θ)·Rx(φ + 180°).
-    fn cure(&self) -> String {
-        let Mounting {
-            roll_deg,
-            pitch_deg,
-            yaw_deg,
-            ..
-        } = self.mounting;
-        let mut lines = format!("roll_deg = {:.1}", within_half_a_turn(roll_deg + 180.0));
-        for (name, angle_deg) in [("pitch_deg", -pitch_deg), ("yaw_deg", -yaw_deg)] {
-            if angle_deg != 0.0 {
-                lines += &format!(", {name} = {angle_deg:.1}");
-            }
+/// What a sensor that is mounted upside down shows.
+pub(crate) const UPSIDE_DOWN: &str =
+    "gravity points out of the robot's back: the sensor is mounted upside down";
+
+/// What to do about a sensor that is mounted upside down, going by these settings.
+///
+/// The body turned by half about its x axis is Rx(180°)·Rz(ψ)·Ry(θ)·Rx(φ) =
+/// Rz(-ψ)·Ry(-θ)·Rx(φ + 180°).
+pub(crate) fn cure(told: &Mounting) -> String {
+    let Mounting {
+        roll_deg,
+        pitch_deg,
+        yaw_deg,
+        ..
+    } = *told;
+    let mut lines = format!("roll_deg = {:.1}", within_half_a_turn(roll_deg + 180.0));
+    for (name, angle_deg) in [("pitch_deg", -pitch_deg), ("yaw_deg", -yaw_deg)] {
+        if angle_deg != 0.0 {
+            lines += &format!(", {name} = {angle_deg:.1}");
         }
-        let other_yaw_deg = within_half_a_turn(180.0 - yaw_deg);
-        format!(
-            "gravity points out of the robot's back: the sensor is mounted upside down. In mlrd.toml \
-             set [mounting] {lines} (and yaw_deg = {other_yaw_deg:.1} if its x axis then points \
-             backward), and start mlrd anew. A robot that only lies on its back needs to be put on \
-             its feet"
-        )
     }
+    let other_yaw_deg = within_half_a_turn(180.0 - yaw_deg);
+    format!(
+        "In mlrd.toml set [mounting] {lines} (and yaw_deg = {other_yaw_deg:.1} if its x axis then \
+         points backward), and start mlrd anew. A robot that only lies on its back needs to be put on \
+         its feet"
+    )
 }
 
 /// The direction that points up, in the sample's axes: that of the device where it knows,
 /// else the specific force, in g.
-fn up(sample: &ImuSample) -> Option<Vector3<f64>> {
+pub(crate) fn up(sample: &ImuSample) -> Option<Vector3<f64>> {
     match (sample.orientation, sample.acceleration_mps2) {
         (Some(world_from_body), _) => Some(world_from_body.inverse_transform_vector(&Vector3::z())),
         (None, Some(force_mps2)) => Some(force_mps2 / STANDARD_GRAVITY_MPS2),

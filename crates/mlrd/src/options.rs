@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{
@@ -10,7 +10,7 @@ use clap_mangen::Man;
 use mlr_ga::{IdentifySettings, Method, documented_toml};
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
 
-use crate::{FramingName, Settings};
+use crate::{CommandLine, FramingName, Settings};
 
 /// Reads an IMU, notices when the robot is damaged, and identifies the damage.
 #[derive(Debug, Clone, Parser)]
@@ -95,7 +95,7 @@ enum Generated {
 
 impl Generated {
     fn text(self) -> anyhow::Result<String> {
-        let mut options = Options::command();
+        let mut options = CommandLine::command();
         let mut text = Vec::new();
         let shell = match self {
             Self::Man => None,
@@ -143,17 +143,29 @@ impl Options {
     /// # Errors
     /// Names the file, the line and the key, or the option, and what was expected.
     pub fn settings(&self) -> anyhow::Result<Settings> {
-        let mut settings = match &self.config {
-            Some(path) => {
-                let name = || path.display().to_string();
-                let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
-                Settings::checked_from_toml(&text, self.method).with_context(name)?
-            }
-            None => Settings {
+        self.in_place_of(self.of_the_file()?)
+    }
+
+    /// The configuration file, if one is named.
+    pub(crate) fn config(&self) -> Option<&Path> {
+        self.config.as_deref()
+    }
+
+    /// The configuration file's settings, or the defaults.
+    pub(crate) fn of_the_file(&self) -> anyhow::Result<Settings> {
+        let Some(path) = &self.config else {
+            return Ok(Settings {
                 identification: IdentifySettings::of(self.method.unwrap_or_default()),
                 ..Settings::default()
-            },
+            });
         };
+        let name = || path.display().to_string();
+        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
+        Settings::checked_from_toml(&text, self.method).with_context(name)
+    }
+
+    /// These settings with the options in their place.
+    pub(crate) fn in_place_of(&self, mut settings: Settings) -> anyhow::Result<Settings> {
         // A source on the command line replaces the file's, of whichever kind.
         if self.port.is_some() || self.i2c.is_some() || self.stdin {
             settings.stdin = self.stdin;
@@ -203,8 +215,6 @@ impl Options {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     #[test]

@@ -147,15 +147,7 @@ impl Recorder {
 
     /// Removes the oldest recordings until there is room for one more.
     fn make_room(&self, notices: &mut Vec<RecordingNotice>) -> io::Result<()> {
-        let mut recordings = Vec::new();
-        for entry in fs::read_dir(&self.dir)? {
-            let entry = entry?;
-            let named = entry.file_name().to_str().is_some_and(is_file_name);
-            if named && entry.file_type()?.is_file() && is_marked(&entry.path()) {
-                recordings.push((entry.path(), entry.metadata()?.len()));
-            }
-        }
-        recordings.sort();
+        let recordings = recordings(&self.dir)?;
         let mut total: u64 = recordings.iter().map(|(_, bytes)| bytes).sum();
         for (path, bytes) in recordings {
             if total + self.file_bytes <= self.total_bytes {
@@ -167,6 +159,23 @@ impl Recorder {
         }
         Ok(())
     }
+}
+
+/// The recordings in a directory, oldest first, and how large each is.
+///
+/// # Errors
+/// When the directory cannot be read.
+pub(crate) fn recordings(dir: &Path) -> io::Result<Vec<(PathBuf, u64)>> {
+    let mut recordings = Vec::new();
+    for entry in fs::read_dir(dir)? {
+        let entry = entry?;
+        let named = entry.file_name().to_str().is_some_and(is_file_name);
+        if named && entry.file_type()?.is_file() && is_marked(&entry.path()) {
+            recordings.push((entry.path(), entry.metadata()?.len()));
+        }
+    }
+    recordings.sort();
+    Ok(recordings)
 }
 
 impl Drop for Recording {

@@ -88,10 +88,15 @@ impl<T: Kept> StateFile<T> {
     /// When the directory cannot be made.
     pub fn new(dir: &Path) -> io::Result<Self> {
         fs::create_dir_all(dir)?;
-        Ok(Self {
+        Ok(Self::at(dir))
+    }
+
+    /// The file in this directory, which may be missing.
+    pub fn at(dir: &Path) -> Self {
+        Self {
             path: dir.join(T::NAME),
             kept: PhantomData,
-        })
+        }
     }
 
     /// What was kept; nothing if there is no file. A file that is not this
@@ -101,19 +106,27 @@ impl<T: Kept> StateFile<T> {
     /// # Errors
     /// When the file cannot be read, or not be set aside.
     pub fn load(&self) -> io::Result<(T, Option<String>)> {
-        let read = read_text(&self.path, MAX_TEXT_BYTES);
-        let broken = match read {
-            Ok(text) => match serde_json::from_str(&text) {
-                Ok(kept) => return Ok((kept, None)),
-                Err(error) => error.to_string(),
-            },
+        match self.read()? {
+            Ok(kept) => Ok((kept, None)),
+            Err(broken) => Ok((T::default(), Some(self.set_aside(&broken)?))),
+        }
+    }
+
+    /// What was kept, or what is wrong with the file; nothing if there is no file.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn read(&self) -> io::Result<Result<T, String>> {
+        match read_text(&self.path, MAX_TEXT_BYTES) {
+            Ok(text) => Ok(serde_json::from_str(&text).map_err(|error| error.to_string())),
             Err(error) => match error.kind() {
-                io::ErrorKind::NotFound => return Ok((T::default(), None)),
-                io::ErrorKind::FileTooLarge | io::ErrorKind::InvalidData => error.to_string(),
-                _ => return Err(error),
+                io::ErrorKind::NotFound => Ok(Ok(T::default())),
+                io::ErrorKind::FileTooLarge | io::ErrorKind::InvalidData => {
+                    Ok(Err(error.to_string()))
+                }
+                _ => Err(error),
             },
-        };
-        Ok((T::default(), Some(self.set_aside(&broken)?)))
+        }
     }
 
     /// Renames the file, of which this is wrong; returns what is to be told about it.

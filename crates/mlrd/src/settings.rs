@@ -1,7 +1,10 @@
 //! Everything about the daemon that can be chosen: one type for the
 //! configuration file and the command line.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    thread,
+};
 
 use anyhow::{Context, bail};
 use clap::ValueEnum;
@@ -204,6 +207,13 @@ impl Settings {
         Ok(Self {
             identification: shared.identification,
             ..settings
+        })
+    }
+
+    /// Threads for identification.
+    pub(crate) fn identification_threads(&self) -> usize {
+        self.threads.unwrap_or_else(|| {
+            thread::available_parallelism().map_or(1, |cores| (cores.get() - 1).max(1))
         })
     }
 

@@ -44,12 +44,9 @@ impl Worker {
         known: Arc<RobotModel>,
         done: Sender<Answer>,
     ) -> anyhow::Result<Self> {
-        let threads = settings.threads.unwrap_or_else(|| {
-            thread::available_parallelism().map_or(1, |cores| (cores.get() - 1).max(1))
-        });
         Ok(Self {
             pool: rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
+                .num_threads(settings.identification_threads())
                 .thread_name(|index| format!("identify-{index}"))
                 .build()?,
             known,
