@@ -212,8 +212,8 @@ fn settings_that_make_no_sense_end_it_at_once() {
             "port = '/dev/ttyTHS1'\n[mounting]\nroll_deg = 1000.0",
             "mounting.roll_deg",
         ),
-        ("port = '/dev/a'\ni2c = '/dev/b'", "both port and i2c"),
-        ("", "expected port or i2c"),
+        ("port = '/dev/a'\ni2c = '/dev/b'", "more than one of port"),
+        ("", "expected port, i2c or stdin"),
     ] {
         std::fs::write(&config, text).unwrap();
         let output = Command::new(env!("CARGO_BIN_EXE_mlrd"))
