@@ -67,7 +67,8 @@ pub enum CalibrateError {
     },
     /// Its parameters would be unlike those of any healthy robot.
     #[error(
-        "something is wrong with this walk: of healthy robots, {probability:.0e} are found to differ as          much from what is known of this one, expected a healthy walk"
+        "something is wrong with this walk: of healthy robots, {probability:.0e} are found to differ as much from \
+         what is known of this one, expected a healthy walk"
     )]
     Unusual {
         /// The share of them.

@@ -26,7 +26,7 @@ const TOUCHING: f64 = 0.002;
 const LOOKS: usize = 100;
 /// Share of the time with a servo at its limit that is worth a word.
 const OFTEN: f64 = 0.05;
-/// A robot that gets less far than this share of what its feet are told slips or stumbles.
+/// A robot that walks slower than this share of the commanded speed slips or stumbles.
 const SLOW: f64 = 0.5;
 
 /// What was found about a robot with a gait.
@@ -52,7 +52,7 @@ pub struct RobotCheck {
     pub standing_tilt_deg: Option<f64>,
     /// Five seconds of walking in full health.
     pub walking: Option<Walking>,
-    /// Speed that the feet are told.
+    /// Speed at which the feet are commanded to move.
     pub commanded_speed_m_per_s: Option<f64>,
     /// Why it cannot be used; nothing where it stands and walks.
     pub problems: Vec<String>,
@@ -265,7 +265,7 @@ impl RobotCheck {
             self.commanded_speed_m_per_s = Some(told);
             if walking.speed_m_per_s.abs() < SLOW * told.abs() {
                 self.doubts.push(format!(
-                    "it walks at {:.0} mm/s where its feet are told {:.0} mm/s",
+                    "it walks at {:.0} mm/s where {:.0} mm/s are commanded",
                     1e3 * walking.speed_m_per_s,
                     1e3 * told
                 ));

@@ -86,7 +86,7 @@ fn check_all(settings: &Settings, options: &CheckOptions, findings: &mut Finding
     }
 }
 
-/// What takes seconds is told to whoever waits.
+/// Shows on a terminal which step is running.
 fn progress(what: &str) {
     if io::stderr().is_terminal() {
         // Whoever closed stderr does not wait for this.
