@@ -11,7 +11,7 @@ use mlr_golden_tests::{data, shaft_sensor_columns};
 use mlr_imu::{Columns, LogLimits, LogTable, Mounting, Recording};
 use rayon::prelude::*;
 
-use crate::model::KNOWN;
+use crate::model::{KNOWN, settings};
 
 /// More than this is confident.
 const CONFIDENT: f64 = 0.9;
@@ -307,7 +307,7 @@ impl Identifier<'static> {
     fn by_atlas() -> Self {
         Self {
             model: KNOWN.with_atlas(),
-            settings: IdentifySettings::default(),
+            settings: settings(),
         }
     }
 

@@ -1,7 +1,11 @@
-use mlr_ga::{ExplainSettings, IdentifySettings, explain};
+use mlr_ga::{ExplainSettings, explain};
 use mlr_residual::walk::{EvidenceSettings, Reported, WalkExplanation};
 
-use crate::{model::KNOWN, recording, truth::Truth};
+use crate::{
+    model::{KNOWN, settings},
+    recording,
+    truth::Truth,
+};
 
 fn explained(name: &str) -> WalkExplanation {
     let recording = recording(name);
@@ -10,7 +14,7 @@ fn explained(name: &str) -> WalkExplanation {
     // On the likeliest robot alone, for time: both are sure to have all legs.
     (explanation.effort.bases, explanation.effort.screened) = (1, 1);
     let how = ExplainSettings {
-        identify: &IdentifySettings::default(),
+        identify: &settings(),
         explanation: &explanation,
     };
     explain(&recording, KNOWN.with_atlas(), how, &())

@@ -2,8 +2,14 @@ use std::collections::BTreeMap;
 
 use mlr_ga::{Identification, IdentifySettings, Model, Search, identify};
 use mlr_imu::Recording;
+use mlr_model::Gait;
 
-use crate::{from_s, model::KNOWN, only_raw_columns, recording, recording_of, truth::Truth};
+use crate::{
+    from_s,
+    model::{KNOWN, settings},
+    only_raw_columns, recording, recording_of,
+    truth::Truth,
+};
 
 /// The log whose robot loses legs 3 and 4 at 19 s.
 const IN_MID_WALK: &str = "detect-legs3-4";
@@ -11,7 +17,7 @@ const IN_MID_WALK: &str = "detect-legs3-4";
 fn identified(recording: &Recording, model: Model<'_>, search: Search) -> Identification {
     let settings = IdentifySettings {
         search: Some(search),
-        ..IdentifySettings::default()
+        ..settings()
     };
     identify(recording, model, &settings, &()).unwrap()
 }
@@ -82,13 +88,19 @@ fn names_the_legs_lost_in_mid_walk() {
 #[test]
 fn names_the_lost_legs_in_a_log_cut_from_mid_walk() {
     let cut = from_s(&recording("legs2-3-lost").orientation, 5.37);
-    let mut settings = IdentifySettings::default();
+    let mut settings = settings();
     // The phase is fitted for each variation alike, and each takes time.
     settings.variations.truncate(1);
     let answer = identify(&cut.into(), Model::jethexa(), &settings, &()).unwrap();
     assert_eq!(answer.damaged_legs, [2, 3]);
     assert_eq!(answer.motion_start_s, None);
     assert!(answer.warnings[0].contains("phase of the gait"));
+    // Some cycles later than it really started.
+    let gait_start_s = answer.fit.gait_start_s.unwrap();
+    let late_s = gait_start_s - Truth::all()["legs2-3-lost"].motion_start_s;
+    let cycle_s = Gait::tripod().period_s;
+    let off_s = late_s - (late_s / cycle_s).round() * cycle_s;
+    assert!(off_s.abs() < 0.1, "{late_s}");
 }
 
 #[test]

@@ -94,6 +94,7 @@ mod tests {
     fn the_model_that_fits_walks_as_the_robot_did() {
         let model = Model::jethexa();
         let fit = BestFit {
+            gait_start_s: None,
             lost_links: LostLinks::Locked,
             alignment: Alignment {
                 clock: 0.02,

@@ -11,7 +11,8 @@ use mlr_model::Morphology;
 use mlr_residual::{
     Progress,
     walk::{
-        EvidenceSettings, Suspect, WalkError, WalkExplanation, WalkModel, WalkRecord, explain_walk,
+        EvidenceSettings, NuisanceSettings, Suspect, WalkError, WalkExplanation, WalkModel,
+        WalkRecord, explain_walk,
     },
 };
 use thiserror::Error;
@@ -29,8 +30,10 @@ pub enum ExplainError {
     /// The search for effects failed.
     #[error(transparent)]
     Walk(#[from] WalkError),
-    /// The walk started before the recording: the phase of the gait is unknown.
-    #[error("the log does not show the start of the walk, expected the robot to stand first")]
+    /// The log does not tell the phase of the gait, which nothing but an identification would find.
+    #[error(
+        "the log does not show the start of the walk soon before it is compared, expected the robot to stand first"
+    )]
     NoStart,
     /// Effects are weighed against morphologies by their probabilities.
     #[error("method: \"paper\" gives no probabilities to weigh effects by, expected \"mlr\"")]
@@ -138,15 +141,20 @@ pub fn explain(
     } else {
         identify_settings
     };
-    let record = record(
-        WalkRecord::LONGEST_WALK_S,
-        &measured,
-        recording.raw_beside_angles(),
-        model,
-        identify_settings,
-    )?;
+    let told_start_s = virtual_start_s(&measured, model, &explanation.nuisance);
+    let record_from = |start_s: f64| {
+        let raw = recording.raw_beside_angles();
+        let longest_s = WalkRecord::LONGEST_WALK_S;
+        record(longest_s, start_s, &measured, raw, identify_settings)
+    };
     // The record comes first: a recording without one needs no search.
+    let record = record_from(told_start_s.unwrap_or(measured.window().start_s))?;
     let identification = identify(recording, model, identify_settings, progress)?;
+    // Where the log does not tell the phase of the gait, the robot as identified does.
+    let record = match (told_start_s, identification.fit.gait_start_s) {
+        (None, Some(found_s)) => record_from(found_s)?,
+        _ => record,
+    };
     let nominal = WalkModel::nominal(
         model.robot.clone(),
         gait.clone(),
@@ -191,20 +199,22 @@ pub(crate) fn walk_record_up_to(
     settings: &IdentifySettings,
 ) -> Result<WalkRecord, ExplainError> {
     let measured = MeasuredWalk::new(recording, model.gait, settings)?;
+    let nuisance = NuisanceSettings::default();
+    let start_s = virtual_start_s(&measured, model, &nuisance).ok_or(ExplainError::NoStart)?;
     let raw = recording.raw_beside_angles();
-    record(longest_s, &measured, raw, model, settings)
+    record(longest_s, start_s, &measured, raw, settings)
 }
 
 /// The walk to be explained: dead-reckoned from the raw rates where these are known, the log
-/// shows the robot standing, and both agree; else as recorded.
+/// shows the robot standing, and both agree; else as recorded. The model's walk starts at
+/// `start_s` of the log.
 fn record(
     longest_s: f64,
+    start_s: f64,
     measured: &MeasuredWalk,
     raw: Option<&RawSeries>,
-    model: Model<'_>,
     settings: &IdentifySettings,
 ) -> Result<WalkRecord, ExplainError> {
-    let start_s = virtual_start_s(measured, model)?;
     let walk_start_s = measured.start().start_s;
     let rest_s = walk_start_s - REST_S..walk_start_s - MARGIN_S;
     let rest_rate_dps = raw
@@ -250,17 +260,27 @@ fn before_the_change(
 
 /// Log time at which the simulated walk starts: with the measured walk, or, where damage
 /// struck in mid-walk, so early that the simulation has reached its steady gait at the start
-/// of the compared stretch.
-fn virtual_start_s(measured: &MeasuredWalk, model: Model<'_>) -> Result<f64, ExplainError> {
+/// of the compared stretch. `None` where the log does not tell the phase of the gait: it does not show
+/// the start of the walk, or the clock of a robot known by its make alone had longer to go wrong since
+/// than a start is found with.
+fn virtual_start_s(
+    measured: &MeasuredWalk,
+    model: Model<'_>,
+    nuisance: &NuisanceSettings,
+) -> Option<f64> {
     match measured.phase() {
-        GaitPhase::Start => Ok(measured.start().start_s),
+        GaitPhase::Start => Some(measured.start().start_s),
         GaitPhase::Elapsed { since_start_s } => {
-            // Gait time passes by the robot's own clock.
-            let clock = model.robot.clock();
-            let [steady_s, phase_s] = GaitPhase::steady_s(model.gait, since_start_s / clock);
-            Ok(measured.window().start_s - (steady_s + phase_s) * clock)
+            let clock_is_known = model.robot.calibration().is_some();
+            let error_s = nuisance.clock * since_start_s;
+            (clock_is_known || error_s <= nuisance.start_s).then(|| {
+                // Gait time passes by the robot's own clock.
+                let clock = model.robot.clock();
+                let [steady_s, phase_s] = GaitPhase::steady_s(model.gait, since_start_s / clock);
+                measured.window().start_s - (steady_s + phase_s) * clock
+            })
         }
-        GaitPhase::Unknown => Err(ExplainError::NoStart),
+        GaitPhase::Unknown => None,
     }
 }
 

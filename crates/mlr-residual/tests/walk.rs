@@ -55,7 +55,7 @@ fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation 
     );
     let mut settings = EvidenceSettings::default();
     // Single effects on one robot: less has to be tried.
-    (settings.effort.most_effects, settings.effort.entrants) = (1, 24);
+    (settings.effort.most_effects, settings.effort.entrants) = (1, 12);
     let found = explain_walk(record, &model, &[suspect], &|_| 0.0, &settings, &());
     found.unwrap()
 }

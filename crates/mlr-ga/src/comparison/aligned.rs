@@ -42,7 +42,7 @@ impl Alignment {
 
     /// When the robot does what the model does `gait_time_s` after the start of
     /// the compared stretch, counted from the same.
-    fn robot_time_s(&self, gait_time_s: f64) -> f64 {
+    pub(crate) fn robot_time_s(&self, gait_time_s: f64) -> f64 {
         gait_time_s * (1.0 + self.clock) + self.delay_s
     }
 

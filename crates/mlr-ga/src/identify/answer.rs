@@ -3,7 +3,7 @@ use mlr_imu::quality::LogQuality;
 use mlr_model::{LostLinks, Morphology, Variation};
 use serde::{Deserialize, Serialize};
 
-use super::{IdentifiedLog, IdentifySettings, MeasuredWalk, Method, Search};
+use super::{IdentifiedLog, IdentifySettings, MeasuredWalk, Method, Search, Stretch};
 use crate::{PaperFit, comparison::Alignment, evaluation::CaseFit};
 
 /// The answer. Serialises to the fields of `mlr.identification/1`.
@@ -95,6 +95,11 @@ pub struct BestFit {
     /// The variation of the model.
     #[serde(flatten)]
     pub variation: Variation,
+    /// Log time at which the model's walk starts that fits best, in steps of the alignment: it tells the
+    /// phase of the gait where the recording does not show the start of the walk. The paper's method does
+    /// not say.
+    #[serde(default)]
+    pub gait_start_s: Option<f64>,
     /// Root mean square of what is left of roll, pitch and yaw without their means
     /// and trends.
     pub error_deg: [f64; 3],
@@ -105,13 +110,16 @@ pub struct BestFit {
 impl BestFit {
     pub(super) fn new(
         fit: CaseFit,
+        stretch: &Stretch,
         error_deg: [f64; 3],
         motion_deg: [f64; 3],
         variations: &[Variation],
     ) -> Self {
+        let alignment = fit.misfit.alignment;
         Self {
             lost_links: fit.case.lost_links,
-            alignment: fit.misfit.alignment,
+            alignment,
+            gait_start_s: Some(stretch.gait_start_s(fit.offset, alignment)),
             variation: variations
                 .get(fit.case.variation)
                 .copied()
@@ -138,6 +146,7 @@ impl BestFit {
         Self {
             lost_links: fit.lost_links,
             alignment: Alignment::default(),
+            gait_start_s: None,
             variation: Variation::default(),
             error_deg: axes.map(|(m, s)| rms_deg(&mut m.iter().zip(s).map(|(m, s)| m - s))),
             motion_deg: axes.map(|(m, _)| rms_deg(&mut m.iter().copied())),

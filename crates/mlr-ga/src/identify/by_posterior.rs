@@ -69,7 +69,13 @@ pub(super) fn verdict(
     let verdicts = each.map(|((fit, paper_fit), (measured, _))| {
         let error_deg = objective.error_deg(&best, fit)?;
         let motion_deg = objective.motion_deg(fit)?;
-        let fit = BestFit::new(*fit, error_deg, motion_deg, &settings.variations);
+        let fit = BestFit::new(
+            *fit,
+            measured.stretch(),
+            error_deg,
+            motion_deg,
+            &settings.variations,
+        );
         let mean_error_deg = paper_fit.mean_error_deg();
         Some(LogVerdict {
             something_else: Some(something_else(

@@ -98,6 +98,11 @@ impl Stretch {
         }
     }
 
+    /// Log time at which a simulated walk starts whose sample `offset` is laid over the first one.
+    pub(crate) fn gait_start_s(&self, offset: usize, alignment: Alignment) -> f64 {
+        self.start_s + alignment.robot_time_s(-(offset as f64) / ComparableWalk::RATE_HZ)
+    }
+
     /// Samples that a simulated walk must have.
     pub fn walk_samples(&self) -> usize {
         self.offsets
