@@ -32,10 +32,6 @@ pub(super) struct WalkSeen {
     pub(super) cycle_start_s: Option<f64>,
 }
 
-/// Why a walk cannot be explained.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct PhaseUnknown;
-
 /// Windows of identification that an explanation takes: one to fit, one to judge.
 const WINDOWS: f64 = 2.0;
 /// So much standing must be on record: the offsets of the angles at rest come from it.
@@ -73,43 +69,40 @@ impl ExplainableWalk {
     }
 
     /// Takes the stretch down: with the start of the walk where that is on record, else with the
-    /// cycle of the gait in which it begins.
-    ///
-    /// # Errors
-    /// [`PhaseUnknown`] where neither is known: the phase of the gait would be guessed.
+    /// cycle of the gait in which it begins, else alone: the phase of its gait is then found in it.
     pub(super) fn take_down(
         &mut self,
         now_s: f64,
         seen: WalkSeen,
         recent: &Recent,
         handed_out: &mut HandedOut,
-    ) -> Result<(), PhaseUnknown> {
+    ) {
         let Self::Growing { from_s } = std::mem::take(self) else {
-            return Ok(());
+            return;
         };
         let on_record = |start_s: &f64| recent.reaches_back_to(start_s - LEAST_STANDING_S);
-        let (begin_s, start_s) = match seen.motion_start_s.filter(on_record) {
-            Some(start_s) => (start_s - STANDING_S, start_s),
-            None => {
-                let cycle_s = seen.cycle_start_s.ok_or(PhaseUnknown)?;
-                (from_s - HEALTHY_S, cycle_s)
-            }
+        let started_s = seen.motion_start_s.filter(on_record);
+        let (begin_s, walk_start) = match (started_s, seen.cycle_start_s) {
+            (Some(start_s), _) => (start_s - STANDING_S, WalkStart::ObservedAtS(start_s)),
+            (None, Some(cycle_s)) => (from_s - HEALTHY_S, WalkStart::ObservedAtS(cycle_s)),
+            (None, None) => (from_s, WalkStart::FoundInRecording),
         };
-        let of = match from_s <= start_s {
+        let of = match started_s.is_some_and(|start_s| from_s <= start_s) {
             true => Stretch::FromTheStart,
             false => Stretch::InMidWalk,
         };
-        let recording = recent.recording(begin_s..=now_s, of).ok_or(PhaseUnknown)?;
+        let Some(recording) = recent.recording(begin_s..=now_s, of) else {
+            return;
+        };
         *self = Self::Grown(Box::new(Request {
             number: handed_out.next(now_s),
             stretch: WalkStretch {
                 recording,
-                walk_start: WalkStart::ObservedAtS(start_s),
+                walk_start,
                 motion_start_s: seen.motion_start_s,
                 from_s,
             },
         }));
-        Ok(())
     }
 
     /// Where it begins, while it goes on.

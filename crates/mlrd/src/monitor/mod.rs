@@ -386,11 +386,11 @@ impl Monitor {
         // ends where the body swings, or has within the detector's window.
         if fluctuation_deg >= self.swinging_deg {
             self.doubt_health(now_s);
-            self.grow_explainable(now_s, actions);
+            self.grow_explainable(now_s);
         }
     }
 
-    fn grow_explainable(&mut self, now_s: f64, actions: &mut Vec<Action>) {
+    fn grow_explainable(&mut self, now_s: f64) {
         if !self.explainable.is_due(now_s, self.window_s) {
             return;
         }
@@ -399,16 +399,8 @@ impl Monitor {
             motion_start_s: self.motion_start_s,
             cycle_start_s: from_s.and_then(|from_s| self.cycles.cycle_start_s(from_s)),
         };
-        let taken = self
-            .explainable
+        self.explainable
             .take_down(now_s, seen, &self.recent, &mut self.handed_out);
-        if taken.is_err() {
-            let reason =
-                "this walk is not explained: its first step was not seen, or too long ago \
-                          to know the phase of the gait"
-                    .into();
-            actions.push(Action::Report(Kind::Warning { reason }));
-        }
     }
 
     fn flag(&mut self, now_s: f64) {
