@@ -56,7 +56,7 @@ pub use error::ModelError;
 pub use fault::Fault;
 pub use gait::{
     BodyNod, FoldedWalk, FootMotion, FootTarget, Gait, JointTrajectory, LEAST_JERK_PEAK, LegPress,
-    Motion, MotionSegment, SegmentTiming, least_jerk_share,
+    Motion, MotionSegment, SegmentTiming, TurnInPlace, least_jerk_share,
 };
 pub use joint_commands::JointCommands;
 pub use morphology::{LegLayout, Morphologies, Morphology, link_logic};

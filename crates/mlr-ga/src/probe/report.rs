@@ -77,6 +77,13 @@ pub enum ReportedMotion {
         /// How often.
         times: usize,
     },
+    /// The robot turns on the spot.
+    Turn {
+        /// By how much in each step; positive to the left.
+        step_rad: f64,
+        /// Step cycles until the steps begin to shrink.
+        cycles: usize,
+    },
     /// The body rolls to one side and back.
     Nod {
         /// How far.
@@ -175,6 +182,10 @@ impl ReportedMotion {
                     period_s: walk.gait.period_s,
                 }
             }
+            MotionSegment::Turn(turn) => Self::Turn {
+                step_rad: turn.step_rad,
+                cycles: turn.cycles,
+            },
             MotionSegment::Press(press) => Self::Press {
                 leg: press.leg + 1,
                 joint: press.joint + 1,
@@ -224,6 +235,16 @@ impl fmt::Display for ReportedMotion {
                     "leg {leg} presses with joint {joint} at {angle_deg:.0}°, "
                 )?;
                 write!(f, "{times} times, body {lowered_mm:.0} mm lower")
+            }
+            Self::Turn { step_rad, cycles } => {
+                let (side, step_deg) = match *step_rad >= 0.0 {
+                    true => ("left", step_rad.to_degrees()),
+                    false => ("right", -step_rad.to_degrees()),
+                };
+                write!(
+                    f,
+                    "turn on the spot to the {side}, {cycles} cycles of steps of {step_deg:.0}°"
+                )
             }
             Self::Nod { roll_rad } => write!(f, "nod, roll {:.0}°", roll_rad.to_degrees()),
         }

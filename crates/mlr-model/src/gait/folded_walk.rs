@@ -1,8 +1,8 @@
 //! Walks with legs folded on command, one after the other.
 
 use super::{
-    FootMotion, Gait,
-    segment::{SegmentTiming, check_leg, feet_of, least_jerk, least_s, rows},
+    Gait,
+    segment::{SegmentTiming, check_leg, ending, feet_of, least_jerk, least_s, rows, walked_s},
 };
 use crate::{ModelError, Robot, joint_commands::reaching};
 
@@ -40,7 +40,7 @@ impl FoldedWalk {
         };
         let mut rows_rad = vec![stance_rad.clone()];
         rows_rad.extend(least_jerk(&stance_rad, &folded_rad, fold_s, hold_s));
-        let walked_s = self.walked_s(feet_of(&self.gait, robot)?);
+        let walked_s = walked_s(&self.gait, feet_of(&self.gait, robot)?, self.cycles);
         for row in 1..=rows(walked_s, hold_s) {
             let angles_rad = self.angles_rad(robot, row as f64 * hold_s)?;
             rows_rad.push(self.with_folded(robot, angles_rad));
@@ -49,25 +49,11 @@ impl FoldedWalk {
         Ok(rows_rad)
     }
 
-    /// From the first step to the last.
-    fn walked_s(&self, feet: &FootMotion) -> f64 {
-        self.cycles as f64 * self.gait.period_s + feet.ramp_s
-    }
-
     /// What the gait commands all legs so long after the first step; the stance after the last.
     fn angles_rad(&self, robot: &Robot, time_s: f64) -> Result<Vec<f64>, ModelError> {
         let feet = feet_of(&self.gait, robot)?;
-        let left_s = self.walked_s(feet) - time_s;
-        let share = match left_s {
-            left_s if left_s >= feet.ramp_s => 1.0,
-            left_s => (left_s / feet.ramp_s).max(0.0),
-        };
-        let shrunk = FootMotion {
-            stride_m: share * feet.stride_m,
-            lift_m: share * feet.lift_m,
-            ..feet.clone()
-        };
-        reaching(robot, &shrunk, self.gait.period_s, time_s)
+        let ending = ending(feet, walked_s(&self.gait, feet, self.cycles) - time_s);
+        reaching(robot, &ending, self.gait.period_s, time_s)
     }
 
     /// The same where the folded legs are folded.

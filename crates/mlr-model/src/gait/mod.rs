@@ -7,12 +7,14 @@ mod foot_motion;
 mod joint_trajectory;
 mod joints_csv;
 mod segment;
+mod turn_in_place;
 
 pub use body_motion::{BodyNod, LegPress};
 pub use folded_walk::FoldedWalk;
 pub use foot_motion::{FootMotion, FootTarget};
 pub use joint_trajectory::JointTrajectory;
 pub use segment::{LEAST_JERK_PEAK, MotionSegment, SegmentTiming, least_jerk_share};
+pub use turn_in_place::TurnInPlace;
 
 use std::fmt;
 

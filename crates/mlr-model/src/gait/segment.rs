@@ -2,7 +2,9 @@
 
 use mlr_filter::SettingError;
 
-use super::{BodyNod, FoldedWalk, FootMotion, Gait, JointTrajectory, LegPress, Motion};
+use super::{
+    BodyNod, FoldedWalk, FootMotion, Gait, JointTrajectory, LegPress, Motion, TurnInPlace,
+};
 use crate::{ModelError, Robot};
 
 /// A part of a motion that asks a robot something.
@@ -10,6 +12,8 @@ use crate::{ModelError, Robot};
 pub enum MotionSegment {
     /// Some steps while legs are folded.
     Walk(FoldedWalk),
+    /// Some steps in which the robot turns on the spot.
+    Turn(TurnInPlace),
     /// One leg presses on the ground.
     Press(LegPress),
     /// The body rolls to one side and back.
@@ -51,6 +55,7 @@ impl MotionSegment {
     fn rows_rad(&self, robot: &Robot, timing: SegmentTiming) -> Result<Vec<Vec<f64>>, ModelError> {
         match self {
             Self::Walk(walk) => walk.rows_rad(robot, timing),
+            Self::Turn(turn) => turn.rows_rad(robot),
             Self::Press(press) => press.rows_rad(robot, timing),
             Self::Nod(nod) => nod.rows_rad(robot),
         }
@@ -129,6 +134,24 @@ pub(super) fn feet_of<'g>(gait: &'g Gait, robot: &Robot) -> Result<&'g FootMotio
     }
     gait.check()?;
     Ok(feet)
+}
+
+/// From the first of so many step cycles to the last step.
+pub(super) fn walked_s(gait: &Gait, feet: &FootMotion, cycles: usize) -> f64 {
+    cycles as f64 * gait.period_s + feet.ramp_s
+}
+
+/// The motion of feet so long before its last step: over the ramp at the end strides shrink.
+pub(super) fn ending(feet: &FootMotion, left_s: f64) -> FootMotion {
+    let share = match left_s {
+        left_s if left_s >= feet.ramp_s => 1.0,
+        left_s => (left_s / feet.ramp_s).max(0.0),
+    };
+    FootMotion {
+        stride_m: share * feet.stride_m,
+        lift_m: share * feet.lift_m,
+        ..feet.clone()
+    }
 }
 
 pub(super) fn check_leg(name: &str, leg: usize, robot: &Robot) -> Result<(), SettingError> {
