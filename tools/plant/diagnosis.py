@@ -50,9 +50,8 @@ def recorded(path, seed, index, joints):
     write(path, record(plant, intact, rng).columns)
 
 
-def tilt_deg(seed, index, joints):
-    """Greatest angle between the body's z axis and the vertical."""
-    intact, plant = drawn(seed, index)
+def tilt_deg(plant, intact, joints):
+    """Greatest angle between the body's z axis and the vertical while the robot plays the file."""
     plant.joints = str(joints)
     model = robot.model(plant, [LINKS] * JETHEXA.legs if plant.locked else intact)
     data = mujoco.MjData(model)
@@ -125,7 +124,8 @@ def main():
             log = args.output / f"{index}-probe-{number}-log.csv.gz"
             if not log.exists():
                 recorded(log, args.seed, index, joints)
-            tilts.append(tilt_deg(args.seed, index, joints))
+            lost_on, fresh = drawn(args.seed, index)
+            tilts.append(tilt_deg(fresh, lost_on, joints))
             row += f" {told['duration_s']:.1f} | {told['entropy_before_nats']:.2f} to {told['entropy_after_nats']:.2f} | {tilts[-1]:.1f} |"
             logs.append(log)
             gaits.append(motion)

@@ -41,6 +41,8 @@ pub(crate) struct AlternativeJson {
     #[serde(default)]
     pub(crate) locked_links: bool,
     #[serde(default)]
+    pub(crate) unknown: bool,
+    #[serde(default)]
     pub(crate) effects: Vec<EffectJson>,
 }
 

@@ -9,7 +9,7 @@ use mlr_model::{Gait, Morphology, Robot};
 use mlr_residual::{
     Progress,
     walk::{
-        CalibratedRobot, EvidenceSettings, Suspect, WalkError, WalkModel, WalkRecord,
+        Beforehand, CalibratedRobot, EvidenceSettings, Suspect, WalkError, WalkModel, WalkRecord,
         calibrate_walk, explain_walk,
     },
 };
@@ -207,7 +207,11 @@ fn check_undisturbed(
         true => 0.0,
         false => f64::NEG_INFINITY,
     };
-    let found = explain_walk(record, nominal, &[whole], &ln_prior, settings, progress)?;
+    let known = Beforehand {
+        ln_morphology: &ln_prior,
+        effects: None,
+    };
+    let found = explain_walk(record, nominal, &[whole], known, settings, progress)?;
     let probability = |kind: &str| found.effect_probability.get(kind).copied().unwrap_or(0.0);
     let wrong = 1.0 - probability("none");
     if wrong <= SURE {

@@ -1,16 +1,18 @@
-//! The motion of a damaged robot that tells most about which links it has lost.
+//! The motion of a damaged robot that tells most about which links it has lost, or what else is wrong
+//! with it.
 
 mod candidates;
+mod hypothesis_model;
 mod question;
 mod report;
+mod variations;
 
-pub use question::{OpenMorphology, OpenQuestion};
+pub use question::{OpenEffect, OpenQuestion, OpenRobot};
 pub use report::DiagnosisReport;
 
 use mlr_filter::OrientationSeries;
 use mlr_model::{
-    Gait, LostLinks, ModelError, MotionSegment, Outcome, Record, Robot, SimulationSettings,
-    Simulator,
+    Gait, ModelError, MotionSegment, Outcome, Record, Robot, SimulationSettings, Simulator,
 };
 use mlr_residual::{Progress, ln_mean};
 use rayon::prelude::*;
@@ -49,8 +51,6 @@ pub struct DiagnosisMotion {
 
 /// A segment must make the expected entropy less by so much.
 const LEAST_GAIN_NATS: f64 = 0.01;
-/// Variations of the model that each morphology is simulated under, at most.
-const DRAWS: usize = 6;
 /// Recorded before the first step, for delays below zero.
 const STAND_S: f64 = 0.2;
 
@@ -63,11 +63,12 @@ struct Candidate {
     ln_likelihoods: LnLikelihoods,
 }
 
-/// Searches segments that keep the bounds under every morphology in question, its lost links gone or
+/// Searches segments that keep the bounds for every robot in question, its lost links gone or
 /// locked as far as that is in question, and every variation of the model: legs in doubt press on the
-/// ground. Joins those that lower the expected entropy most in their time.
+/// ground; where effects are in question, the robot turns on the spot, nods and marks time. Joins those
+/// that lower the expected entropy most in their time.
 ///
-/// No walks: close to tipping they seem to tell much, and mislead (`docs/probe.md`).
+/// No walks with folded legs: close to tipping they seem to tell much, and mislead (`docs/probe.md`).
 ///
 /// The motion begins with a nod of the body: a log shows when that starts.
 ///
@@ -82,9 +83,12 @@ pub fn diagnosis_motion(
     progress: &dyn Progress,
 ) -> Result<DiagnosisMotion, ModelError> {
     settings.check()?;
-    let search = Search::new(question, robot, gait, identification, settings);
+    let search = Search::new(question, robot, gait, identification, settings)?;
     let candidates = Candidates { robot, gait };
-    let tried = candidates.presses(&question.legs_in_doubt());
+    let mut tried = candidates.presses(&question.legs_in_doubt());
+    if question.is_of_effects() {
+        tried.extend(candidates.of_the_whole_body());
+    }
     let kept = search.kept(&tried, progress)?;
     let bounded = kept.len();
     let mut segments = search.greedy(kept)?;
@@ -112,12 +116,14 @@ pub fn diagnosis_motion(
 struct Search<'s> {
     question: &'s OpenQuestion,
     hypotheses: Vec<Hypothesis<'s>>,
+    /// The model of each hypothesis under each variation that is drawn.
+    models: Vec<Vec<(Robot, SimulationSettings)>>,
     robot: &'s Robot,
     gait: &'s Gait,
     identification: &'s IdentifySettings,
     settings: ProbeSettings,
-    /// Indices of the variations that are drawn.
-    draws: Vec<usize>,
+    /// How many variations are drawn.
+    draws: usize,
 }
 
 impl<'s> Search<'s> {
@@ -127,19 +133,29 @@ impl<'s> Search<'s> {
         gait: &'s Gait,
         identification: &'s IdentifySettings,
         settings: ProbeSettings,
-    ) -> Self {
-        let all = identification.variations.len();
-        let count = all.min(DRAWS);
-        let draws = (0..count).map(|draw| draw * all / count.max(1)).collect();
-        Self {
+    ) -> Result<Self, ModelError> {
+        let variations = match question.is_of_effects() {
+            true => variations::of_the_make(),
+            false => variations::usual(&identification.variations),
+        };
+        let hypotheses = question.hypotheses();
+        let models = hypotheses.iter().map(|one| {
+            let model = one.model(robot, gait, &identification.simulation);
+            let robot = model.robot.with_servo(model.servo)?;
+            let varied = variations.iter();
+            let varied = varied.map(|variation| variation.apply(&robot, &model.simulation));
+            varied.collect::<Result<Vec<_>, _>>()
+        });
+        Ok(Self {
+            models: models.collect::<Result<_, _>>()?,
+            draws: variations.len(),
             question,
-            hypotheses: question.hypotheses(),
+            hypotheses,
             robot,
             gait,
             identification,
             settings,
-            draws,
-        }
+        })
     }
 
     fn joined(&self, segments: &[MotionSegment]) -> Result<Gait, ModelError> {
@@ -148,46 +164,26 @@ impl<'s> Search<'s> {
 
     /// The motion of every hypothesis under every draw; `None` where one of them breaks a bound.
     fn walked(&self, gait: &Gait) -> Result<Option<Vec<OrientationSeries>>, ModelError> {
-        let identification = self.identification;
         let duration_s = Alignment::longest_s(gait.duration_s().unwrap_or_default()) + 0.1;
-        let simulators = |lost_links: LostLinks| {
-            let each = self.draws.iter().map(move |&draw| {
-                let variation = &identification.variations[draw];
-                let (robot, simulation) =
-                    variation.apply(self.robot, &identification.simulation)?;
+        let each = self.hypotheses.iter().zip(&self.models);
+        let each = each.flat_map(|(one, models)| {
+            models.iter().map(|(robot, simulation)| {
                 let simulation = SimulationSettings {
                     duration_s,
                     stand_s: STAND_S,
-                    lost_links,
                     record: Record {
                         torques: true,
                         ..Record::default()
                     },
-                    ..simulation
+                    ..simulation.clone()
                 };
-                Simulator::new(robot, gait, simulation)
-            });
-            each.collect::<Result<Vec<_>, _>>()
-        };
-        let (gone, locked) = (
-            simulators(LostLinks::Absent)?,
-            simulators(LostLinks::Locked)?,
-        );
+                let simulator = Simulator::new(robot.clone(), gait, simulation)?;
+                Ok((&one.robot.morphology, simulator.following_heading()))
+            })
+        });
+        let cases = each.collect::<Result<Vec<_>, ModelError>>()?;
         let bounds = self.settings.bounds;
         let limit_nm = self.robot.servo().torque_limit_nm;
-        let cases: Vec<_> = self
-            .hypotheses
-            .iter()
-            .flat_map(|one| {
-                let simulators = match one.lost_links {
-                    LostLinks::Absent => &gone,
-                    LostLinks::Locked => &locked,
-                };
-                simulators
-                    .iter()
-                    .map(move |simulator| (one.morphology, simulator))
-            })
-            .collect();
         let walked: Option<Vec<_>> = cases
             .par_iter()
             .map(
@@ -250,7 +246,7 @@ impl<'s> Search<'s> {
         };
         let simulated: Vec<_> = walked.iter().map(ComparableWalk::new).collect();
         let usual = &self.identification.plausibility.usual;
-        let draws = self.draws.len();
+        let draws = self.draws;
         let each = walked.par_iter().enumerate().map(|(truth, recording)| {
             let measured = AlignedMeasurement::new(recording, 0.0, samples, spectral);
             let motion_deg2 = measured.motion_deg2(Alignment::default());
@@ -280,7 +276,7 @@ impl<'s> Search<'s> {
     /// The mean entropy of the posterior over true hypotheses and draws.
     fn expected_entropy_nats(&self, ln_likelihoods: &LnLikelihoods) -> f64 {
         let prior = &self.hypotheses;
-        let draws = self.draws.len();
+        let draws = self.draws;
         let truths = ln_likelihoods.iter().enumerate();
         let each = truths.map(|(truth, ln)| {
             let ln = ln

@@ -1,9 +1,11 @@
 //! From a recording to the effects that the model of its robot lacks.
 
+mod earlier;
 mod healthy_stretch;
 mod reckoning;
 mod report;
 
+pub use earlier::earlier_effects_of_json;
 pub use report::ExplanationReport;
 
 use mlr_imu::{RawSeries, Recording};
@@ -11,8 +13,8 @@ use mlr_model::Morphology;
 use mlr_residual::{
     Progress,
     walk::{
-        EvidenceSettings, NuisanceSettings, Suspect, WalkError, WalkExplanation, WalkModel,
-        WalkRecord, explain_walk,
+        Beforehand, EarlierEffects, EvidenceSettings, NuisanceSettings, Suspect, WalkError,
+        WalkExplanation, WalkModel, WalkRecord, explain_walk,
     },
 };
 use thiserror::Error;
@@ -97,6 +99,20 @@ pub fn explain(
     settings: ExplainSettings<'_>,
     progress: &(impl Progress + crate::Progress),
 ) -> Result<Explained, ExplainError> {
+    explain_after(None, recording, model, settings, progress)
+}
+
+/// The same where an earlier log of the robot says which effects it has.
+///
+/// # Errors
+/// [`ExplainError`].
+pub fn explain_after(
+    earlier: Option<&EarlierEffects>,
+    recording: &Recording,
+    model: Model<'_>,
+    settings: ExplainSettings<'_>,
+    progress: &(impl Progress + crate::Progress),
+) -> Result<Explained, ExplainError> {
     let ExplainSettings {
         identify: identify_settings,
         explanation,
@@ -144,7 +160,11 @@ pub fn explain(
     let told_start_s = virtual_start_s(&measured, model, &explanation.nuisance);
     let record_from = |start_s: f64| {
         let raw = recording.raw_beside_angles();
-        let longest_s = WalkRecord::LONGEST_WALK_S;
+        // All of a motion that ends was made to be looked at.
+        let longest_s = match gait.duration_s() {
+            Some(_) => WalkRecord::LONGEST_MOTION_S,
+            None => WalkRecord::LONGEST_WALK_S,
+        };
         record(longest_s, start_s, &measured, raw, identify_settings)
     };
     // The record comes first: a recording without one needs no search.
@@ -167,7 +187,10 @@ pub fn explain(
         &record,
         &nominal,
         &suspects,
-        &ln_prior,
+        Beforehand {
+            ln_morphology: &ln_prior,
+            effects: earlier,
+        },
         explanation,
         progress,
     )?;

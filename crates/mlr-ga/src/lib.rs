@@ -78,13 +78,14 @@ pub use configuration::{
 pub use cost::{mean_error_deg, orientation_error_rad};
 pub use detect::{Detection, DetectionSettings, detect};
 pub use diagnose::{
-    DiagnosisMotion, DiagnosisReport, DiagnosisSegment, OpenMorphology, OpenQuestion,
+    DiagnosisMotion, DiagnosisReport, DiagnosisSegment, OpenEffect, OpenQuestion, OpenRobot,
     diagnosis_motion,
 };
 pub use documented_settings::documented_toml;
 pub use evaluation::{CaseFit, Evaluation, Evaluations, Objective, Progress};
 pub use explain::{
-    ExplainError, ExplainSettings, Explained, ExplanationReport, explain, walk_record,
+    ExplainError, ExplainSettings, Explained, ExplanationReport, earlier_effects_of_json, explain,
+    explain_after, walk_record,
 };
 pub use identify::{
     Alternative, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,

@@ -6,7 +6,7 @@ use mlr_model::{
     Fault, Gait, Morphology, Outcome, Robot, SimulationSettings, Simulator, Trajectory,
 };
 use mlr_residual::walk::{
-    EvidenceSettings, Reported, Rival, Suspect, WalkExplanation, WalkModel, WalkRecord,
+    Beforehand, EvidenceSettings, Reported, Rival, Suspect, WalkExplanation, WalkModel, WalkRecord,
     explain_walk,
 };
 use rand::{RngExt as _, SeedableRng};
@@ -56,7 +56,11 @@ fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation 
     let mut settings = EvidenceSettings::default();
     // Single effects on one robot: less has to be tried.
     (settings.effort.most_effects, settings.effort.entrants) = (1, 12);
-    let found = explain_walk(record, &model, &[suspect], &|_| 0.0, &settings, &());
+    let known = Beforehand {
+        ln_morphology: &|_| 0.0,
+        effects: None,
+    };
+    let found = explain_walk(record, &model, &[suspect], known, &settings, &());
     found.unwrap()
 }
 

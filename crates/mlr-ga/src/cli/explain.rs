@@ -2,8 +2,13 @@
 
 use std::{path::PathBuf, time::Instant};
 
+use anyhow::Context;
 use clap::Args;
-use mlr_ga::{Configuration, ExplainSettings, ExplanationReport, Model, WalkStart, explain};
+use mlr_ga::{
+    Configuration, ExplainSettings, ExplanationReport, Model, WalkStart, earlier_effects_of_json,
+    explain_after,
+};
+use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::Robot;
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
@@ -29,6 +34,10 @@ pub(super) struct ExplainOptions {
     /// sensor shows only then.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     start_s: Option<f64>,
+    /// What explain found in an earlier log of this robot on the same day, as it printed it with --json: which
+    /// effects are there is then a matter of both logs.
+    #[arg(long, value_name = "FILE")]
+    after: Option<PathBuf>,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -65,6 +74,12 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         model_files::explanation(options.explanation.as_deref())?.unwrap_or(explanation);
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
+    let earlier = options.after.as_deref().map(|path| {
+        let name = || path.display().to_string();
+        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
+        earlier_effects_of_json(&text, &robot).with_context(name)
+    });
+    let earlier = earlier.transpose()?;
     let file = options.output.as_deref();
     let file = file.map(ResultFile::reserve).transpose()?;
     let recording = options.log.read()?.mounted(&mounting)?;
@@ -75,7 +90,7 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         explanation: &explanation,
     };
     let bar = Bar::of_steps();
-    let answer = explain(&recording, model, how, &bar);
+    let answer = explain_after(earlier.as_ref(), &recording, model, how, &bar);
     bar.clear();
     let explained = answer.map_err(|error| {
         let of_the_log = error.is_recordings_fault();

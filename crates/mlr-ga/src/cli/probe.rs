@@ -26,6 +26,10 @@ pub(super) struct ProbeOptions {
     /// one that tells most about what a log leaves open.
     #[arg(long)]
     calibrate: bool,
+    /// Look for the motion that tells most about what this explanation leaves open, as explain printed it
+    /// with --json: a slope or a tilted sensor, a payload or a pull. It takes the place of the logs.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["logs", "calibrate"])]
+    explanation: Option<PathBuf>,
     /// Write the motion to this file, a gait in TOML that every command takes as --gait. An existing
     /// file is never overwritten.
     #[arg(short, long, value_name = "FILE")]
@@ -74,14 +78,16 @@ pub(super) fn run(options: &ProbeOptions) -> anyhow::Result<()> {
             ("bounds.tilt_deg", "--max-tilt-deg"),
         ])
     })?;
-    match (options.logs.is_empty(), options.calibrate) {
-        (true, true) => calibration::run(options, settings),
-        (false, false) => diagnosis::run(options, settings),
-        (true, false) => bail!(
+    let asks = !options.logs.is_empty() || options.explanation.is_some();
+    match (asks, options.calibrate) {
+        (false, true) => calibration::run(options, settings),
+        (true, false) => diagnosis::run(options, settings),
+        (false, false) => bail!(
             "which motion? expected LOG, for the one that tells most about what the log leaves open, \
-             or --calibrate, for the one that calibrates a healthy robot"
+             --explanation, for the one that tells which of the effects it is, or --calibrate, for \
+             the one that calibrates a healthy robot"
         ),
-        (false, true) => bail!("a log with --calibrate: expected one of the two"),
+        (true, true) => bail!("a log with --calibrate: expected one of the two"),
     }
 }
 

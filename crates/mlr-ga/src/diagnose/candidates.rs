@@ -1,6 +1,8 @@
 //! Segments that a diagnosis motion may be made of.
 
-use mlr_model::{BodyNod, Gait, JointAxis, LegPress, MotionSegment, Robot};
+use mlr_model::{
+    BodyNod, FoldedWalk, Gait, JointAxis, LegPress, MotionSegment, Robot, TurnInPlace,
+};
 
 /// What can be tried with a robot.
 pub(super) struct Candidates<'r> {
@@ -21,6 +23,16 @@ const PRESS_S: f64 = 0.5;
 const HOLD_S: f64 = 0.3;
 /// The second time shows what is chance.
 const TIMES: usize = 2;
+
+/// Turns to either side by a right angle and by most of a half turn: what comes from the ground or pulls from
+/// outside shows along other axes of the body then. A step is as long on the circle of the feet as
+/// half a stride of the gait.
+const TURN_STEP_RAD: f64 = 0.2;
+const TURN_CYCLES: [usize; 2] = [4, 7];
+/// Nods that load one side, slower than a servo's lag and faster.
+const LARGE_NODS: [(f64, f64); 2] = [(8.0, 0.8), (8.0, 0.4)];
+/// Steps on the spot: every change of the standing legs shakes the body.
+const MARKED_CYCLES: usize = 3;
 
 /// Far beyond what a standing robot sways, and less than any bound on tilt that makes sense.
 const NOD_DEG: f64 = 3.0;
@@ -61,6 +73,39 @@ impl Candidates<'_> {
         };
         legs.iter().filter_map(of_leg).flatten().collect()
     }
+
+    /// What a robot can do with all legs that it has: turn on the spot, nod, and mark time.
+    pub(super) fn of_the_whole_body(&self) -> Vec<MotionSegment> {
+        let sides = [1.0, -1.0];
+        let turns = TURN_CYCLES.iter().flat_map(|&cycles| {
+            sides.map(|side| {
+                MotionSegment::Turn(TurnInPlace {
+                    gait: self.gait.clone(),
+                    step_rad: side * TURN_STEP_RAD,
+                    cycles,
+                })
+            })
+        });
+        let nods = LARGE_NODS.iter().flat_map(|&(roll_deg, nod_s)| {
+            sides.map(|side| {
+                MotionSegment::Nod(BodyNod {
+                    gait: self.gait.clone(),
+                    roll_rad: f64::to_radians(side * roll_deg),
+                    nod_s,
+                })
+            })
+        });
+        let mut marking = self.gait.clone();
+        if let Some(feet) = marking.feet_mut() {
+            feet.stride_m = 0.0;
+        }
+        let marked = MotionSegment::Walk(FoldedWalk {
+            folded_legs: Vec::new(),
+            gait: marking,
+            cycles: MARKED_CYCLES,
+        });
+        turns.chain(nods).chain([marked]).collect()
+    }
 }
 
 /// How a motion begins.
@@ -94,6 +139,9 @@ mod tests {
             // The robot can do it.
             let alone = MotionSegment::Press(press.clone());
             assert!(Gait::of_segments("test", 1.0, &robot, &[alone]).is_ok());
+        }
+        for whole in candidates.of_the_whole_body() {
+            assert!(Gait::of_segments("test", 1.0, &robot, &[whole]).is_ok());
         }
         assert!(candidates.presses(&[]).is_empty());
         assert!(candidates.presses(&[6]).is_empty());

@@ -1,80 +1,120 @@
 //! What a log leaves open.
 
-use mlr_model::{LostLinks, Morphology};
+use std::collections::BTreeMap;
+
+use mlr_model::{LostLinks, Morphology, Robot};
+use mlr_residual::walk::{LOCKED_LINKS, Reported};
 use serde::Serialize;
 
-use crate::Identification;
+use crate::{
+    Identification,
+    answer_json::{AlternativeJson, AnswerJson, AnswerJsonError, Question, answer_of_json},
+};
 
 /// What a log leaves open.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenQuestion {
-    /// The morphologies in question, most probable first.
-    pub morphologies: Vec<OpenMorphology>,
+    /// The robots in question, most probable first.
+    pub robots: Vec<OpenRobot>,
 }
 
-/// One of the morphologies in question.
+/// One of the robots in question: what is left of it, and what else is wrong with it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct OpenMorphology {
+pub struct OpenRobot {
     /// Which links are left.
     pub morphology: Morphology,
     /// Its probability among those in question.
     pub probability: f64,
     /// Probability that its lost links are locked and not gone; 0 where it lost none.
     pub locked_probability: f64,
+    /// What else is wrong with it. Of an identification, nothing.
+    pub effects: Vec<OpenEffect>,
 }
 
-/// A morphology whose lost links are gone or locked.
+/// An effect in question, as an explanation reports it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct OpenEffect {
+    /// What it is.
+    pub kind: String,
+    /// Its parameters, each in the unit of its name.
+    pub parameters: BTreeMap<String, Reported>,
+}
+
+/// A robot whose lost links are gone or locked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis<'q> {
-    /// Which links are left.
-    pub morphology: &'q Morphology,
-    /// What the others have become.
+    /// The robot.
+    pub robot: &'q OpenRobot,
+    /// What its lost links have become.
     pub lost_links: LostLinks,
     /// All hypotheses sum to one.
     pub probability: f64,
 }
 
-/// A log whose morphology is known better than this leaves nothing to tell apart.
+/// A log whose robot is known better than this leaves nothing to tell apart.
 const SURE_NATS: f64 = 0.05;
-/// Less probable morphologies are not asked about.
+/// Less probable robots are not asked about.
 const LEAST_PROBABILITY: f64 = 0.01;
 
 impl OpenQuestion {
-    /// What an answer leaves open: the morphologies of at least one percent.
+    /// What an identification leaves open: the morphologies of at least one percent.
     pub fn of(answer: &Identification) -> Self {
-        let best = OpenMorphology {
-            morphology: answer.morphology.clone(),
-            probability: answer.probability.max(f64::MIN_POSITIVE),
-            locked_probability: answer.locked_probability.unwrap_or(0.0),
-        };
-        let others = answer.alternatives.iter().map(|other| OpenMorphology {
-            morphology: other.morphology.clone(),
-            probability: other.probability,
-            locked_probability: other.locked_probability.unwrap_or(0.0),
+        let open =
+            |morphology: &Morphology, probability, locked_probability: Option<f64>| OpenRobot {
+                morphology: morphology.clone(),
+                probability,
+                locked_probability: locked_probability.unwrap_or(0.0),
+                effects: Vec::new(),
+            };
+        let likeliest = answer.probability.max(f64::MIN_POSITIVE);
+        let best = open(&answer.morphology, likeliest, answer.locked_probability);
+        let others = answer.alternatives.iter().map(|other| {
+            open(
+                &other.morphology,
+                other.probability,
+                other.locked_probability,
+            )
         });
         let others = others.filter(|other| other.probability >= LEAST_PROBABILITY);
-        let mut morphologies: Vec<_> = std::iter::once(best).chain(others).collect();
-        morphologies.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        let sum: f64 = morphologies.iter().map(|one| one.probability).sum();
-        for one in &mut morphologies {
-            one.probability /= sum;
-        }
-        Self { morphologies }
+        Self::among(std::iter::once(best).chain(others).collect())
     }
 
-    /// Entropy of the morphology and of what its lost links have become.
+    /// What an explanation of `robot` leaves open, as `explain --json` prints it: its hypotheses of at
+    /// least one percent that are complete, with their effects.
+    ///
+    /// # Errors
+    /// [`AnswerJsonError`] when the text is no explanation, or of another robot.
+    pub fn of_explanation(text: &str, robot: &Robot) -> Result<Self, AnswerJsonError> {
+        let answer: AnswerJson = answer_of_json(text, robot, Question::Explanation)?;
+        let known = answer.alternatives.into_iter();
+        let known = known.filter(|one| !one.unknown && one.probability >= LEAST_PROBABILITY);
+        Ok(Self::among(known.map(OpenRobot::from).collect()))
+    }
+
+    /// One of these robots is the right one.
+    fn among(mut robots: Vec<OpenRobot>) -> Self {
+        robots.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        let sum: f64 = robots.iter().map(|one| one.probability).sum();
+        for one in &mut robots {
+            one.probability /= sum;
+        }
+        Self { robots }
+    }
+
+    /// Entropy of the robot and of what its lost links have become.
     pub fn entropy_nats(&self) -> f64 {
         entropy_nats(self.hypotheses().iter().map(|one| one.probability))
     }
 
-    /// The morphologies with what their lost links may be, as far as that has at least one percent.
+    /// The robots with what their lost links may be, as far as that has at least one percent.
     pub fn hypotheses(&self) -> Vec<Hypothesis<'_>> {
-        let each = self.morphologies.iter().flat_map(|one| {
+        let each = self.robots.iter().flat_map(|one| {
             let gone = (LostLinks::Absent, 1.0 - one.locked_probability);
             let locked = (LostLinks::Locked, one.locked_probability);
             [gone, locked].map(|(lost_links, share)| Hypothesis {
-                morphology: &one.morphology,
+                robot: one,
                 lost_links,
                 probability: share * one.probability,
             })
@@ -89,24 +129,44 @@ impl OpenQuestion {
         kept
     }
 
-    /// Whether the morphology is known: what its lost links have become is not asked for its own sake.
+    /// Whether the robot is known: what its lost links have become is not asked for its own sake.
     pub fn is_sure(&self) -> bool {
-        let of_morphologies = self.morphologies.iter().map(|one| one.probability);
-        self.hypotheses().len() < 2 || entropy_nats(of_morphologies) < SURE_NATS
+        let of_robots = self.robots.iter().map(|one| one.probability);
+        self.hypotheses().len() < 2 || entropy_nats(of_robots) < SURE_NATS
     }
 
-    /// The legs, from 0, of which not the same links are left by all morphologies.
+    /// Whether effects are in question.
+    pub fn is_of_effects(&self) -> bool {
+        self.robots.iter().any(|one| !one.effects.is_empty())
+    }
+
+    /// The legs, from 0, of which not the same links are left in all robots.
     pub fn legs_in_doubt(&self) -> Vec<usize> {
-        let Some(best) = self.morphologies.first() else {
+        let Some(best) = self.robots.first() else {
             return Vec::new();
         };
         let legs = 0..best.morphology.legs();
         let in_doubt = |leg: &usize| {
-            let mut others = self.morphologies.iter();
+            let mut others = self.robots.iter();
             let remaining = best.morphology.remaining(*leg);
             others.any(|other| other.morphology.remaining(*leg) != remaining)
         };
         legs.filter(in_doubt).collect()
+    }
+}
+
+impl From<AlternativeJson> for OpenRobot {
+    fn from(found: AlternativeJson) -> Self {
+        let effects = found.effects.into_iter().map(|effect| OpenEffect {
+            kind: effect.kind,
+            parameters: effect.parameters,
+        });
+        Self {
+            morphology: found.morphology,
+            probability: found.probability,
+            locked_probability: f64::from(u8::from(found.locked_links)),
+            effects: effects.filter(|one| one.kind != LOCKED_LINKS).collect(),
+        }
     }
 }
 
@@ -123,15 +183,14 @@ mod tests {
 
     fn question(each: &[(&str, f64, f64)]) -> OpenQuestion {
         let layout = Robot::jethexa().layout();
-        let open = each
-            .iter()
-            .map(|(text, probability, locked)| OpenMorphology {
-                morphology: Morphology::parse(text, &layout).unwrap(),
-                probability: *probability,
-                locked_probability: *locked,
-            });
+        let open = each.iter().map(|(text, probability, locked)| OpenRobot {
+            morphology: Morphology::parse(text, &layout).unwrap(),
+            probability: *probability,
+            locked_probability: *locked,
+            effects: Vec::new(),
+        });
         OpenQuestion {
-            morphologies: open.collect(),
+            robots: open.collect(),
         }
     }
 
@@ -164,5 +223,38 @@ mod tests {
         let known = question(&[("111 111 110 111 111 111", 1.0, 0.5)]);
         assert!((known.entropy_nats() - 2.0_f64.ln()).abs() < 1e-12);
         assert!(known.is_sure());
+    }
+
+    #[test]
+    fn an_explanation_leaves_its_hypotheses_open() {
+        let whole = "[[1,1,1],[1,1,1],[1,1,1],[1,1,1],[1,1,1],[1,1,1]]";
+        let hypothesis = |effects: &str, unknown: bool, probability: f64| {
+            format!(
+                r#"{{"morphology":{whole},"locked_links":false,"effects":[{effects}],
+                    "unknown":{unknown},"probability":{probability}}}"#
+            )
+        };
+        let slope = r#"{"kind":"slope","parameters":{"angle_deg":3.0,"uphill_deg":40.0}}"#;
+        let tilt = r#"{"kind":"imu_misalignment","parameters":{"roll_deg":2.0,"pitch_deg":-2.3}}"#;
+        let each = [
+            hypothesis(tilt, false, 0.3),
+            hypothesis(slope, false, 0.6),
+            hypothesis(slope, true, 0.09),
+            hypothesis("", false, 0.002),
+        ];
+        let text = format!(
+            r#"{{"schema":"mlr.explanation/1","morphology":{whole},"alternatives":[{}]}}"#,
+            each.join(",")
+        );
+        let question = OpenQuestion::of_explanation(&text, &Robot::jethexa()).unwrap();
+        let kinds: Vec<_> = question
+            .robots
+            .iter()
+            .map(|one| &*one.effects[0].kind)
+            .collect();
+        assert_eq!(kinds, ["slope", "imu_misalignment"]);
+        assert!((question.robots[0].probability - 2.0 / 3.0).abs() < 1e-12);
+        assert!(question.is_of_effects() && !question.is_sure());
+        assert!(question.legs_in_doubt().is_empty());
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{DiagnosisMotion, OpenMorphology, OpenQuestion};
+use super::{DiagnosisMotion, OpenQuestion, OpenRobot};
 use crate::ReportedSegment;
 
 /// Version of the JSON form.
@@ -15,10 +15,10 @@ pub struct DiagnosisReport {
     #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
     /// What is to be told apart, most probable first.
-    pub open: Vec<OpenMorphology>,
+    pub open: Vec<OpenRobot>,
     /// Whether the log leaves nothing open that is worth a motion: there is none then.
     pub sure: bool,
-    /// Entropy by the logs of the morphology and of what its lost links have become.
+    /// Entropy by the logs of the robot and of what its lost links have become.
     pub entropy_before_nats: f64,
     /// Expected entropy after the motion; that before where there is none.
     pub entropy_after_nats: f64,
@@ -47,7 +47,7 @@ impl DiagnosisReport {
         let gait = motion.and_then(|motion| motion.gait.as_ref());
         Self {
             schema: SCHEMA,
-            open: question.morphologies.clone(),
+            open: question.robots.clone(),
             sure: question.is_sure(),
             entropy_before_nats: before_nats,
             entropy_after_nats: left_nats,

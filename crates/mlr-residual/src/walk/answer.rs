@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use mlr_filter::{Axes, SettingError};
-use mlr_model::Morphology;
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
@@ -14,9 +13,9 @@ use super::{
     decomposition::decompose,
     evidence::Fit,
     hypothesis::Walker,
-    outcome::{LOCKED, Outcome, posterior},
+    outcome::{LOCKED_LINKS, Outcome, posterior},
     residual_left::residual_left,
-    search::{Effort, Search, base::Setting},
+    search::{Beforehand, Effort, Search, base::Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
 use crate::{Posterior, Progress};
@@ -63,7 +62,7 @@ const NORMAL_95: f64 = 1.96;
 /// Explains a walk: which effects that the model lacks, on which robot, and how probable that is.
 ///
 /// `suspects` are the morphologies in question, the first of them as identified without effects;
-/// `ln_prior` is the logarithm of the prior probability of any morphology.
+/// `known` is what is known of the robot beforehand.
 ///
 /// # Errors
 /// [`WalkError`] when a setting makes no sense, or no suspect's walk can be simulated.
@@ -71,7 +70,7 @@ pub fn explain_walk(
     record: &WalkRecord,
     nominal: &WalkModel,
     suspects: &[Suspect],
-    ln_prior: &(dyn Fn(&Morphology) -> f64 + Sync),
+    known: Beforehand<'_>,
     settings: &EvidenceSettings,
     progress: &dyn Progress,
 ) -> Result<WalkExplanation, WalkError> {
@@ -96,7 +95,7 @@ pub fn explain_walk(
         effort: settings.effort,
         kinds,
         progress,
-        ln_prior,
+        known,
     };
     let searched = search.run(suspects);
     let posterior =
@@ -231,7 +230,7 @@ impl<'a> Answer<'a, '_> {
         if best.is_locked() {
             let legs = best.walker.hypothesis.morphology.damaged_legs();
             effects.push(TracedEffect {
-                kind: LOCKED.into(),
+                kind: LOCKED_LINKS.into(),
                 parameters: [("legs".to_string(), Reported::Numbers(legs))].into(),
                 interval_95: BTreeMap::new(),
                 at_bound: Vec::new(),

@@ -29,12 +29,13 @@ pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy, TurningDiscrepanc
 pub use information::{BrokenBound, Ensemble, Information, MotionBounds};
 pub use model::WalkModel;
 pub use nuisance::NuisanceSettings;
+pub use outcome::LOCKED_LINKS;
 pub use record::WalkRecord;
 pub use report::{
     ByAxis, RemainingResidual, Reported, Rival, StretchErrors, StretchesS, TracedEffect,
     WalkAlternative, WalkCandidate, WalkExplanation,
 };
-pub use search::{Effort, Suspect, prior::EffectPrior};
+pub use search::{Beforehand, Effort, Suspect, earlier::EarlierEffects, prior::EffectPrior};
 pub use sensing::Sensing;
 
 pub(crate) use model::Prediction;

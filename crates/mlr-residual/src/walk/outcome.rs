@@ -16,7 +16,7 @@ use crate::{Posterior, ln_mean};
 /// The likeliest hypotheses that something unknown may add to.
 const WITH_UNKNOWN: usize = 3;
 /// Lost links that hang on: an effect by its name.
-pub(super) const LOCKED: &str = "locked_links";
+pub const LOCKED_LINKS: &str = "locked_links";
 
 /// One hypothesis of the posterior.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ impl<'a> Outcome<'a> {
         let effects = self.walker.hypothesis.effects.iter();
         let mut kinds: Vec<&'static str> = effects.map(|placed| placed.effect.kind()).collect();
         if self.is_locked() {
-            kinds.push(LOCKED);
+            kinds.push(LOCKED_LINKS);
         }
         if self.unknown {
             kinds.push("unknown");

@@ -28,17 +28,31 @@ impl GroundCompliance {
         1000.0 / values[0].max(1e-3)
     }
 
-    /// Stiffness of the described contact over that of the contact and the ground below it,
-    /// one spring on the other.
-    fn softening(values: &[f64], model: &WalkModel) -> f64 {
+    /// Stiffness of the described contact over that of the contact and the ground below it, of this
+    /// compliance, one spring on the other.
+    fn softening(compliance_mm_per_n: f64, model: &WalkModel) -> f64 {
         let legs = model.robot.legs();
         let links = legs.iter().flat_map(|leg| &leg.links);
         let mass_kg = model.robot.body().mass_kg + links.map(|link| link.mass_kg).sum::<f64>();
         let at_foot_kg = MASS_AT_FOOT * mass_kg / legs.len() as f64;
         let rate_radps = std::f64::consts::TAU * model.simulation.contact.natural_frequency_hz;
         let contact_npm = at_foot_kg * rate_radps * rate_radps;
-        1.0 + contact_npm * values[0] / 1000.0
+        1.0 + contact_npm * compliance_mm_per_n / 1000.0
     }
+}
+
+/// Puts ground that gives way by so much under the feet.
+fn add(compliance_mm_per_n: f64, model: &mut WalkModel) {
+    let softening = GroundCompliance::softening(compliance_mm_per_n, model);
+    let contact = &mut model.simulation.contact;
+    contact.natural_frequency_hz /= softening.sqrt();
+    let beyond_critical = contact.damping_ratio - DAMPING_RATIO;
+    contact.damping_ratio = DAMPING_RATIO + beyond_critical / softening;
+}
+
+/// The same by its stiffness under one standing foot.
+pub(super) fn soften(stiffness_npm: f64, model: &mut WalkModel) {
+    add(1000.0 / stiffness_npm, model);
 }
 
 impl WalkEffect for GroundCompliance {
@@ -67,11 +81,7 @@ impl WalkEffect for GroundCompliance {
     }
 
     fn apply(&self, _: Place, values: &[f64], model: &mut WalkModel) {
-        let softening = Self::softening(values, model);
-        let contact = &mut model.simulation.contact;
-        contact.natural_frequency_hz /= softening.sqrt();
-        let beyond_critical = contact.damping_ratio - DAMPING_RATIO;
-        contact.damping_ratio = DAMPING_RATIO + beyond_critical / softening;
+        add(values[0], model);
     }
 
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {

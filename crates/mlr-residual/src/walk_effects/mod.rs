@@ -30,7 +30,7 @@ mod weak_leg;
 
 pub use crate::EffectParameter;
 pub use effect::{Place, WalkEffect};
-pub use reported::apply_reported;
+pub use reported::{apply_reported, apply_reported_surroundings};
 
 /// All effects: those of the body first, then those of the sensor.
 pub const LIBRARY: &[&dyn WalkEffect] = &[

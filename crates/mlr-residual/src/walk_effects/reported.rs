@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mlr_filter::SettingError;
 use mlr_model::{Fault, LostLinks};
 
-use super::payload;
+use super::{ground_compliance, payload};
 use crate::walk::{Reported, WalkModel};
 
 /// Puts an effect that an explanation reports into `model`: what concerns the robot itself, its
@@ -19,21 +19,9 @@ pub fn apply_reported(
     parameters: &BTreeMap<String, Reported>,
     model: &mut WalkModel,
 ) -> Result<bool, SettingError> {
-    let missing = |name: &str, expected: &str| {
-        let found = parameters
-            .get(name)
-            .map_or("nothing".into(), Reported::to_string);
-        SettingError::new(format!("parameters.{name}"), found, expected)
-    };
-    let quantity = |name: &str| match parameters.get(name) {
-        Some(Reported::Quantity(value)) => Ok(*value),
-        Some(Reported::Number(number)) => Ok(*number as f64),
-        _ => Err(missing(name, "a number")),
-    };
-    let count = |name: &str| match parameters.get(name) {
-        Some(Reported::Number(number)) => Ok(*number),
-        _ => Err(missing(name, "a whole number, from 1")),
-    };
+    let of = ReportedParameters(parameters);
+    let quantity = |name: &str| of.quantity(name);
+    let count = |name: &str| of.count(name);
     let fault = match kind {
         "payload" => {
             let mass_kg = quantity("mass_kg")?;
@@ -94,6 +82,65 @@ pub fn apply_reported(
     Ok(true)
 }
 
+/// The same with what concerns the place and the day: the ground, and what pulls at the robot.
+///
+/// # Errors
+/// Those of [`apply_reported`].
+pub fn apply_reported_surroundings(
+    kind: &str,
+    parameters: &BTreeMap<String, Reported>,
+    model: &mut WalkModel,
+) -> Result<bool, SettingError> {
+    let of = ReportedParameters(parameters);
+    match kind {
+        "slope" => {
+            let terrain = &mut model.simulation.terrain;
+            terrain.slope_rad = of.quantity("angle_deg")?.to_radians();
+            terrain.uphill_rad = of.quantity("uphill_deg")?.to_radians();
+        }
+        "ground_compliance" => ground_compliance::soften(of.quantity("stiffness_npm")?, model),
+        "external_force" => {
+            let force_n = [
+                of.quantity("x_n")?,
+                of.quantity("y_n")?,
+                of.quantity("z_n")?,
+            ];
+            model
+                .simulation
+                .faults
+                .push(Fault::ExternalForce { force_n });
+        }
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+/// Parameters of an effect by their names.
+struct ReportedParameters<'p>(&'p BTreeMap<String, Reported>);
+
+impl ReportedParameters<'_> {
+    fn quantity(&self, name: &str) -> Result<f64, SettingError> {
+        match self.0.get(name) {
+            Some(Reported::Quantity(value)) => Ok(*value),
+            Some(Reported::Number(number)) => Ok(*number as f64),
+            _ => Err(self.missing(name, "a number")),
+        }
+    }
+
+    fn count(&self, name: &str) -> Result<usize, SettingError> {
+        match self.0.get(name) {
+            Some(Reported::Number(number)) => Ok(*number),
+            _ => Err(self.missing(name, "a whole number, from 1")),
+        }
+    }
+
+    fn missing(&self, name: &str, expected: &str) -> SettingError {
+        let found = self.0.get(name);
+        let found = found.map_or("nothing".into(), Reported::to_string);
+        SettingError::new(format!("parameters.{name}"), found, expected)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use mlr_model::{Gait, Morphology, Robot, SimulationSettings};
@@ -111,8 +158,8 @@ mod tests {
 
     /// What an effect reports, applied, is what the effect itself does.
     #[test]
-    fn reported_effects_of_the_robot_are_the_effects() {
-        let mut applied = Vec::new();
+    fn reported_effects_of_robot_and_ground_are_the_effects() {
+        let (mut applied, mut around) = (Vec::new(), Vec::new());
         for effect in LIBRARY {
             let model = nominal();
             let healthy = Morphology::healthy(&model.robot.layout());
@@ -130,11 +177,18 @@ mod tests {
                 (name, reported)
             });
             let mut ours = nominal();
-            if !apply_reported(effect.kind(), &report.collect(), &mut ours).unwrap() {
+            let report = report.collect();
+            let is_of_the_robot = apply_reported(effect.kind(), &report, &mut ours).unwrap();
+            let is_around = apply_reported_surroundings(effect.kind(), &report, &mut ours).unwrap();
+            assert!(!(is_of_the_robot && is_around), "{}", effect.kind());
+            if is_around {
+                around.push(effect.kind());
+            } else if is_of_the_robot {
+                applied.push(effect.kind());
+            } else {
                 assert_eq!(ours, nominal(), "{}", effect.kind());
                 continue;
             }
-            applied.push(effect.kind());
             let difference = |a: f64, b: f64| (a - b).abs() < 1e-9 * (1.0 + a.abs());
             assert!(difference(
                 ours.servo.stiffness_nm_per_rad,
@@ -146,6 +200,15 @@ mod tests {
             assert!(difference(drive.backlash_rad, other.backlash_rad));
             let (ours, expected) = (ours.simulation, expected.simulation);
             assert!(difference(ours.contact.friction, expected.contact.friction));
+            let [contact, other] = [&ours, &expected].map(|model| model.contact);
+            assert!(difference(
+                contact.natural_frequency_hz,
+                other.natural_frequency_hz
+            ));
+            assert!(difference(contact.damping_ratio, other.damping_ratio));
+            let [terrain, other] = [&ours, &expected].map(|model| &model.terrain);
+            assert!(difference(terrain.slope_rad, other.slope_rad));
+            assert!(difference(terrain.uphill_rad, other.uphill_rad));
             assert_eq!(ours.faults.len(), expected.faults.len());
             let text =
                 |model: &SimulationSettings| format!("{:.6?} {:.6?}", model.faults, model.payload);
@@ -165,6 +228,7 @@ mod tests {
             "short_link",
         ];
         assert_eq!(applied, of_the_robot);
+        assert_eq!(around, ["slope", "ground_compliance", "external_force"]);
     }
 
     #[test]

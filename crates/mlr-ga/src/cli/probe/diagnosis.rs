@@ -1,10 +1,12 @@
-//! `mlr-ga probe LOG`.
+//! `mlr-ga probe LOG` and `mlr-ga probe --explanation FILE`.
 
+use anyhow::Context;
 use mlr_ga::{
-    DiagnosisReport, IdentifySettings, OpenQuestion, ProbeSettings, diagnosis_motion,
+    DiagnosisReport, IdentifySettings, OpenQuestion, OpenRobot, ProbeSettings, diagnosis_motion,
     identify_together,
 };
-use mlr_model::Gait;
+use mlr_imu::{MAX_TEXT_BYTES, Mounting, read_text};
+use mlr_model::{Gait, Robot};
 
 use super::{
     super::{log_file::LogFiles, model_files, output, progress::Bar},
@@ -18,21 +20,26 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
         seed: options.seed,
         ..configuration.identification
     };
-    let logs = LogFiles::new(options.logs.clone(), options.read.clone());
-    let (robot, _, gaits) = options.model.read(logs.paths().len())?;
+    let (robot, _, gaits) = options.model.read(options.logs.len().max(1))?;
     identification.check_on(&robot)?;
     // The robot stands as a motion of feet has it; all logs may be of other motions.
     let stance = gaits.iter().find(|gait| gait.feet().is_some());
     let stance = stance.cloned().unwrap_or_else(Gait::tripod);
-    let recordings = logs.read(&configuration.mounting)?;
-    let atlases = options.atlas.open(&robot, &gaits, &identification)?;
     let files = options.files()?;
-    let walks = atlases.walks(&recordings, &gaits);
-    let bar = Bar::new();
-    let answer = identify_together(&walks, &robot, &identification, &bar);
-    bar.clear();
-    let answer = answer.map_err(|(log, error)| logs.blame(log, error))?;
-    let question = OpenQuestion::of(&answer);
+    let question = match &options.explanation {
+        Some(path) => {
+            let name = || path.display().to_string();
+            let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
+            OpenQuestion::of_explanation(&text, &robot).with_context(name)?
+        }
+        None => of_the_logs(
+            options,
+            &robot,
+            &gaits,
+            &identification,
+            &configuration.mounting,
+        )?,
+    };
     let motion = match question.is_sure() {
         true => None,
         false => {
@@ -54,16 +61,44 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
     Ok(output::result(&text)?)
 }
 
+/// What the logs leave open.
+fn of_the_logs(
+    options: &ProbeOptions,
+    robot: &Robot,
+    gaits: &[Gait],
+    identification: &IdentifySettings,
+    mounting: &Mounting,
+) -> anyhow::Result<OpenQuestion> {
+    let logs = LogFiles::new(options.logs.clone(), options.read.clone());
+    let recordings = logs.read(mounting)?;
+    let atlases = options.atlas.open(robot, gaits, identification)?;
+    let walks = atlases.walks(&recordings, gaits);
+    let bar = Bar::new();
+    let answer = identify_together(&walks, robot, identification, &bar);
+    bar.clear();
+    let answer = answer.map_err(|(log, error)| logs.blame(log, error))?;
+    Ok(OpenQuestion::of(&answer))
+}
+
+/// A robot in question for people, in one line.
+fn open(robot: &OpenRobot) -> String {
+    let all = 100.0 * robot.probability;
+    let kinds: Vec<&str> = robot.effects.iter().map(|one| one.kind.as_str()).collect();
+    let effects = match kinds.is_empty() {
+        true => String::new(),
+        false => format!(", {}", kinds.join(" and ")),
+    };
+    let locked = match robot.morphology.is_healthy() {
+        true => String::new(),
+        false => format!(", locked {:.0} %", 100.0 * robot.locked_probability),
+    };
+    format!("{}  {all:.0} %{locked}{effects}", robot.morphology)
+}
+
 /// The report for people.
 fn table(report: &DiagnosisReport, options: &ProbeOptions) -> String {
     let mut table = output::Table::default();
-    table.lines(
-        "open",
-        report.open.iter().map(|one| {
-            let (all, locked) = (100.0 * one.probability, 100.0 * one.locked_probability);
-            format!("{}  {all:.0} %, locked {locked:.0} %", one.morphology)
-        }),
-    );
+    table.lines("open", report.open.iter().map(open));
     match (report.sure, report.segments.is_empty()) {
         (true, _) => table.line("motion", "none: nothing to tell apart"),
         (false, true) => table.line("motion", "none that keeps the bounds tells more"),

@@ -15,7 +15,7 @@ impl<'a> Search<'a, '_> {
         let healthy = suspects.first().map(|first| {
             let morphology = Morphology::healthy(&first.morphology.layout());
             Suspect {
-                ln_prior: (self.ln_prior)(&morphology),
+                ln_prior: (self.known.ln_morphology)(&morphology),
                 morphology,
             }
         });
@@ -149,7 +149,7 @@ impl<'a> Search<'a, '_> {
                     .any(|(m, l, _, only)| known(m, *l) && *only == leg)
                     && !bases.iter().any(|b| known(&b.morphology, b.lost_links));
                 if is_new {
-                    let ln_prior = (self.ln_prior)(&restored);
+                    let ln_prior = (self.known.ln_morphology)(&restored);
                     wanted.push((restored, lost_links, ln_prior, leg));
                 }
             }

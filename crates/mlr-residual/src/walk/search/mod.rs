@@ -2,6 +2,7 @@
 
 pub(crate) mod base;
 mod bases;
+pub(crate) mod earlier;
 pub(crate) mod prior;
 mod proposals;
 mod race;
@@ -18,11 +19,15 @@ use serde::{Deserialize, Serialize};
 
 use self::{
     base::{Base, Setting},
+    earlier::EarlierEffects,
     prior::EffectPrior,
     proposals::sort,
     unfitted::Unfitted,
 };
-use super::{evidence::Fit, hypothesis::Walker};
+use super::{
+    evidence::Fit,
+    hypothesis::{Placement, Walker},
+};
 use crate::Progress;
 
 /// A morphology that the robot may have.
@@ -32,6 +37,25 @@ pub struct Suspect {
     pub morphology: Morphology,
     /// Logarithm of its probability before the record is compared with its walk.
     pub ln_prior: f64,
+}
+
+/// What is known of a robot before its record is seen.
+#[derive(Clone, Copy)]
+pub struct Beforehand<'p> {
+    /// Logarithm of the prior probability of any morphology.
+    pub ln_morphology: &'p (dyn Fn(&Morphology) -> f64 + Sync),
+    /// What another log of the same robot and day says of its effects.
+    pub effects: Option<&'p EarlierEffects>,
+}
+
+impl Beforehand<'_> {
+    /// What is added to the logarithm of the prior probability of these effects.
+    fn ln_effects(&self, effects: &[Placement], prior: &EffectPrior, kinds: usize) -> f64 {
+        let placed = effects.iter().map(|one| one.effect.kind());
+        self.effects.map_or(0.0, |earlier| {
+            earlier.ln_factor(placed.map(str::to_string).collect(), prior, kinds)
+        })
+    }
 }
 
 /// A hypothesis with its evidence.
@@ -121,8 +145,7 @@ pub(crate) struct Search<'a, 'p> {
     pub(crate) effort: Effort,
     pub(crate) kinds: usize,
     pub(crate) progress: &'p dyn Progress,
-    /// Logarithm of the prior probability of a morphology.
-    pub(crate) ln_prior: &'p (dyn Fn(&Morphology) -> f64 + Sync),
+    pub(crate) known: Beforehand<'p>,
 }
 
 impl<'a> Search<'a, '_> {
@@ -168,6 +191,7 @@ impl<'a> Search<'a, '_> {
             + self
                 .prior
                 .ln_effects(effects, self.kinds, self.setting.nominal, &base.morphology)
+            + self.known.ln_effects(effects, &self.prior, self.kinds)
             + walker.ln_truncation()
     }
 

@@ -61,6 +61,14 @@ impl EffectPrior {
         }
     }
 
+    /// Logarithm of the probability of so many effects.
+    pub(crate) fn ln_number(&self, effects: usize) -> f64 {
+        match effects {
+            0 => (1.0 - self.any).ln(),
+            n => self.any.ln() + (n - 1) as f64 * self.another.ln() + (1.0 - self.another).ln(),
+        }
+    }
+
     /// Logarithm of the probability of exactly these effects, of so many kinds in question.
     pub(crate) fn ln_effects(
         &self,
@@ -69,10 +77,7 @@ impl EffectPrior {
         model: &WalkModel,
         morphology: &Morphology,
     ) -> f64 {
-        let of_number = match effects.len() {
-            0 => (1.0 - self.any).ln(),
-            n => self.any.ln() + (n - 1) as f64 * self.another.ln() + (1.0 - self.another).ln(),
-        };
+        let of_number = self.ln_number(effects.len());
         let each = effects.iter().map(|placed| {
             let places = placed.effect.places(&model.robot, morphology).len().max(1);
             -((kinds * places) as f64).ln()
@@ -88,7 +93,7 @@ mod tests {
     use mlr_model::{Gait, Robot, SimulationSettings};
 
     use super::*;
-    use crate::walk::search::{Effort, Search, Setting, base::Base};
+    use crate::walk::search::{Beforehand, Effort, Search, Setting, base::Base};
     use crate::walk::{
         Discrepancy, NuisancePrior, NuisanceSettings, Observation, record::tests::level_record,
     };
@@ -115,7 +120,10 @@ mod tests {
             effort: Effort::default(),
             kinds: 10,
             progress: &(),
-            ln_prior: &|_| 0.0,
+            known: Beforehand {
+                ln_morphology: &|_| 0.0,
+                effects: None,
+            },
         };
         let base = Base::new(setting, &morphology, LostLinks::Absent, -0.5, None).unwrap();
         let beyond_counting = |kind: &str, place: Place| {

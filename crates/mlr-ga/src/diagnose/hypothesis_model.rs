@@ -1,0 +1,33 @@
+//! The model of a robot in question.
+
+use mlr_model::{Gait, Robot, SimulationSettings};
+use mlr_residual::{
+    walk::WalkModel,
+    walk_effects::{apply_reported, apply_reported_surroundings},
+};
+
+use super::question::Hypothesis;
+
+impl Hypothesis<'_> {
+    /// The model with what is wrong with the robot and the ground under it. What a sensor adds to all
+    /// motions alike is no part of it: the comparison leaves means and trends out.
+    pub(super) fn model(
+        &self,
+        robot: &Robot,
+        gait: &Gait,
+        simulation: &SimulationSettings,
+    ) -> WalkModel {
+        let simulation = SimulationSettings {
+            lost_links: self.lost_links,
+            ..simulation.clone()
+        };
+        let mut model = WalkModel::nominal(robot.clone(), gait.clone(), simulation);
+        for effect in &self.robot.effects {
+            let (kind, parameters) = (&effect.kind, &effect.parameters);
+            // An effect that lacks a parameter changes nothing, like those of the sensor.
+            let _ = apply_reported(kind, parameters, &mut model);
+            let _ = apply_reported_surroundings(kind, parameters, &mut model);
+        }
+        model
+    }
+}
