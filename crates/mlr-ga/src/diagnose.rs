@@ -210,8 +210,11 @@ impl<'s> Search<'s> {
         for motion in segments {
             match self.joined(std::slice::from_ref(motion)) {
                 Ok(gait) => {
-                    if let Some(walked) = self.walked(&gait)? {
-                        let duration_s = gait.duration_s().unwrap_or_default();
+                    let duration_s = gait.duration_s().unwrap_or_default();
+                    // What takes too long needs no simulation.
+                    if duration_s <= self.settings.longest_s
+                        && let Some(walked) = self.walked(&gait)?
+                    {
                         kept.push(Candidate {
                             motion: motion.clone(),
                             duration_s,

@@ -91,11 +91,12 @@ enum Command {
     /// What robots of one make differ by is fitted to the walks, and how surely it is known. Every
     /// other command takes the description that this writes as --robot.
     Calibrate(calibrate::CalibrateOptions),
-    /// Finds the motion that tells most: with --calibrate, about the parameters of a healthy robot.
+    /// Finds the motion that tells most: about what logs or an explanation leave open, or with --calibrate about
+    /// the parameters of a healthy robot.
     ///
-    /// Legs are folded on command while the others walk. The motion keeps its bounds on every one of
-    /// some robots drawn from what is known of the robot, and has the greatest expected information
-    /// about what they differ by.
+    /// Legs press on the ground, or fold while the others walk; the robot turns on the spot and nods. The motion
+    /// keeps its bounds on every robot in question, and has the greatest expected information about what they
+    /// differ by.
     Probe(probe::ProbeOptions),
     /// Finds a gait that walks again with what is left of a robot.
     ///

@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::program::Folder;
 use mlr_model::{Gait, JointTrajectory, Motion, Robot};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 #[test]
 fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
@@ -86,6 +86,61 @@ fn what_is_asked_for_must_make_sense() {
         &["--max-tilt-deg", "-3"],
     );
     assert!(!fs::exists(&motion).unwrap());
+}
+
+/// Roll and pitch of a walk straight on are the same with a slope and with a tilted sensor; of a robot that
+/// turns they are not. `explain` takes what the first log said into account.
+#[test]
+fn a_slope_is_told_from_a_tilted_sensor_by_a_turn() {
+    let folder = Folder::new();
+    let whole = [[1; 3]; 6];
+    let hypothesis = |kind: &str, parameters: Value| {
+        json!({"morphology": whole, "locked_links": false, "unknown": false, "probability": 0.5,
+               "effects": [{"kind": kind, "parameters": parameters}]})
+    };
+    let slope = hypothesis("slope", json!({"angle_deg": 3.6, "uphill_deg": 139.0}));
+    let tilt = hypothesis(
+        "imu_misalignment",
+        json!({"roll_deg": 2.4, "pitch_deg": 2.7}),
+    );
+    let answer =
+        json!({"schema": "mlr.explanation/1", "morphology": whole, "alternatives": [slope, tilt]});
+    let answer = folder.write("explanation.json", &answer.to_string());
+    let motion = folder.path("probe.toml");
+    let arguments = [
+        "probe",
+        "--explanation",
+        &answer,
+        "-o",
+        &motion,
+        "--max-s",
+        "7.5",
+        "--json",
+    ];
+    let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
+    let number = |key: &str| report[key].as_f64().unwrap();
+    assert!((number("entropy_before_nats") - 2.0_f64.ln()).abs() < 1e-9);
+    assert!(number("entropy_after_nats") < 0.1, "{report}");
+    let segments = report["segments"].as_array().unwrap();
+    assert!(segments.iter().any(|one| one["kind"] == "turn"), "{report}");
+    assert_eq!(report["open"][0]["effects"][0]["kind"], "slope");
+    // An identification knows of no effects.
+    let other = folder.write(
+        "identification.json",
+        &json!({"schema": "mlr.identification/1", "morphology": whole}).to_string(),
+    );
+    let again = folder.path("again.toml");
+    for command in [
+        &["probe", "--explanation", &other, "-o", &again][..],
+        &["explain", "walk.csv", "--after", &other],
+    ] {
+        folder.fails(
+            command,
+            2,
+            &["identification.json", "expected one of explain"],
+        );
+    }
+    assert!(!fs::exists(&again).unwrap());
 }
 
 /// The front right leg is lost, its links gone by how the robot falls: the end of its femur, if that
