@@ -67,23 +67,11 @@ impl Browser {
         let outside = folder.path().join("outside.html");
         let text = OUTSIDE.replace("PAGE", "page.html");
         fs::write(&outside, text.replace("WIDTH", &width.to_string())).unwrap();
-        let scheme = match screen {
-            Screen::Light => 1,
-            Screen::Dark => 0,
-        };
-        let output = Command::new(self.program)
-            .args([
-                "--headless",
-                "--disable-gpu",
-                "--hide-scrollbars",
-                "--dump-dom",
-            ])
-            // Containers lack what the sandbox needs; the page is our own.
-            .args(["--no-sandbox", "--disable-dev-shm-usage"])
+        let output = self
+            .headless(folder.path(), screen)
+            .arg("--dump-dom")
             .arg("--allow-file-access-from-files")
             .args(["--enable-logging=stderr", "--virtual-time-budget=10000"])
-            .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
-            .arg(format!("--user-data-dir={}", profile(folder.path())))
             .arg(&outside)
             .output()
             .unwrap();
@@ -102,8 +90,51 @@ impl Browser {
         assert_eq!(seen.is_dark, screen == Screen::Dark);
         seen
     }
-}
 
-fn profile(folder: &Path) -> String {
-    folder.join("profile").display().to_string()
+    /// A screenshot of a page, so many pixels wide and high, as PNG.
+    pub(crate) fn screenshot(
+        &self,
+        page: &str,
+        [width, height]: [u32; 2],
+        screen: Screen,
+    ) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::copy(page, folder.path().join("page.html")).unwrap();
+        // A window cannot be as narrow as a phone, a frame can.
+        let frame = folder.path().join("frame.html");
+        let style = format!("border:0;width:{width}px;height:{height}px");
+        let text = format!(
+            "<!DOCTYPE html><body style=\"margin:0\"><iframe src=\"page.html\" style=\"{style}\">"
+        );
+        fs::write(&frame, text).unwrap();
+        let picture = folder.path().join("picture.png");
+        let output = self
+            .headless(folder.path(), screen)
+            .arg(format!("--window-size={width},{height}"))
+            .arg(format!("--screenshot={}", picture.display()))
+            .arg(&frame)
+            .output()
+            .unwrap();
+        fs::read(&picture)
+            .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)))
+    }
+
+    /// The browser without a window, its own files in a folder.
+    fn headless(&self, folder: &Path, screen: Screen) -> Command {
+        let scheme = match screen {
+            Screen::Light => 1,
+            Screen::Dark => 0,
+        };
+        let mut command = Command::new(self.program);
+        command
+            .args(["--headless", "--disable-gpu", "--hide-scrollbars"])
+            // Containers lack what the sandbox needs; the page is our own.
+            .args(["--no-sandbox", "--disable-dev-shm-usage"])
+            .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
+            .arg(format!(
+                "--user-data-dir={}",
+                folder.join("profile").display()
+            ));
+        command
+    }
 }

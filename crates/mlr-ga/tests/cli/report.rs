@@ -110,6 +110,32 @@ fn a_hostile_name_does_no_harm_and_the_page_is_sound_in_a_browser() {
     }
 }
 
+/// The screenshots of `docs/report.md`; `UPDATE_DOCS=1 cargo test -p mlr-ga --test cli screenshots` takes them
+/// anew.
+#[test]
+fn screenshots_show_the_page_on_a_desktop_and_on_a_phone() {
+    let Some(browser) = Browser::found() else {
+        return;
+    };
+    let folder = Folder::new();
+    let page = folder.path("report.html");
+    folder.succeeds(&["report", LOG, "--answer", ANSWER, "-o", &page]);
+    for (name, size, screen) in [
+        ("report-desktop.png", [1000, 1500], Screen::Light),
+        ("report-phone.png", [390, 1700], Screen::Dark),
+    ] {
+        let picture = browser.screenshot(&page, size, screen);
+        assert_eq!(picture[..8], PNG);
+        let number = |at: usize| u32::from_be_bytes(picture[at..at + 4].try_into().unwrap());
+        assert_eq!([number(16), number(20)], size, "{name}");
+        // An empty page of this size has 10 kB.
+        assert!(picture.len() > 50_000, "{name}: {} bytes", picture.len());
+        if std::env::var_os("UPDATE_DOCS").is_some() {
+            fs::write(format!("../../docs/{name}"), &picture).unwrap();
+        }
+    }
+}
+
 #[test]
 fn an_answer_to_something_else_is_refused() {
     let folder = Folder::new();
