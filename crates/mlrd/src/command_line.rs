@@ -7,6 +7,8 @@ use crate::{
     check::{CheckOptions, check},
     service,
 };
+#[cfg(feature = "top")]
+use crate::top::{TopOptions, top};
 
 /// The daemon's command line.
 #[derive(Debug, Parser)]
@@ -28,6 +30,8 @@ pub struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Command {
     Check(Box<CheckOptions>),
+    #[cfg(feature = "top")]
+    Top(TopOptions),
 }
 
 impl CommandLine {
@@ -35,6 +39,8 @@ impl CommandLine {
     pub fn run(&self) -> ExitCode {
         match &self.command {
             Some(Command::Check(options)) => check(options),
+            #[cfg(feature = "top")]
+            Some(Command::Top(options)) => top(options),
             None => service::run(&self.options),
         }
     }

@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::SystemTime};
 use mlr_ga::{CalibrationReport, ExplanationReport, IdentificationReport, RecoveryReport};
 use mlr_model::Robot;
 use mlr_residual::walk::Sensing;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     learning::{KnownCalibration, Wear},
@@ -34,6 +34,19 @@ pub enum Level {
     Error = 2,
     /// Nothing is heard.
     Stale = 3,
+}
+
+#[cfg(feature = "top")]
+impl Level {
+    /// The level of this number; what is beyond all of them is as the last one.
+    pub(crate) fn of_number(number: u64) -> Self {
+        match number {
+            0 => Self::Ok,
+            1 => Self::Warn,
+            2 => Self::Error,
+            _ => Self::Stale,
+        }
+    }
 }
 
 impl Serialize for Level {
@@ -186,7 +199,7 @@ pub enum Kind {
 }
 
 /// A robot as far as it must be known to draw its legs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WatchedRobot {
     /// Its name.
@@ -196,7 +209,7 @@ pub struct WatchedRobot {
 }
 
 /// One leg from above.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WatchedLeg {
     /// Its name.
