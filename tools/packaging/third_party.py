@@ -11,6 +11,9 @@ import subprocess
 import sys
 
 
+NAMES = ("LICEN", "COPYING", "NOTICE", "UNLICENSE")
+
+
 def cargo(*arguments):
     return subprocess.run(["cargo", *arguments], check=True, stdout=subprocess.PIPE, text=True).stdout
 
@@ -31,20 +34,21 @@ def compiled_in(target):
 def main():
     target = sys.argv[1]
     wanted = compiled_in(target)
-    packages = json.loads(cargo("metadata", "--locked", "--format-version", "1"))["packages"]
+    packages = json.loads(cargo("metadata", "--locked", "--format-version", "1", "--filter-platform", target))["packages"]
     texts = {}
     print("Crates that mlr-ga and mlrd contain, with their licences.\n")
     for package in sorted(packages, key=lambda package: package["name"]):
         own = package["source"] is None
         if own or (package["name"], package["version"]) not in wanted:
             continue
-        print(f"{package['name']} {package['version']}: {package['license'] or 'see below'}")
         folder = pathlib.Path(package["manifest_path"]).parent
         # Sorted, and each text once: hundreds of crates share the Apache licence.
-        for file in sorted(folder.iterdir()):
-            if file.is_file() and file.name.upper().startswith(("LICEN", "COPYING", "NOTICE", "UNLICENSE")):
-                text = "\n".join(line.rstrip() for line in file.read_text(errors="replace").splitlines())
-                texts.setdefault(text.strip(), []).append(f"{package['name']} ({file.name})")
+        files = [file for file in sorted(folder.iterdir()) if file.is_file() and file.name.upper().startswith(NAMES)]
+        for file in files:
+            text = "\n".join(line.rstrip() for line in file.read_text(errors="replace").splitlines())
+            texts.setdefault(text.strip(), []).append(f"{package['name']} ({file.name})")
+        note = "" if files else " (it comes without a text)"
+        print(f"{package['name']} {package['version']}: {package['license'] or 'see below'}{note}")
     for text, users in sorted(texts.items(), key=lambda item: item[1]):
         print("\n" + "=" * 78)
         print("\n".join(users))

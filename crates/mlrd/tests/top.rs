@@ -5,9 +5,9 @@
 //! ```
 //! writes the pictures anew, and
 //! ```text
-//! cargo test --release -p mlrd --test top -- --ignored
+//! cargo test -p mlrd --test top -- --ignored
 //! ```
-//! the events, in about four minutes.
+//! the events, in some minutes.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod daemon;
@@ -296,13 +296,29 @@ fn the_terminal_is_restored() {
 const STATE_DIR: &str = "/var/lib/mlrd";
 const PORT: &str = "/dev/ttyTHS1";
 
+/// Settings with which explanation and recovery gait do little.
+const LITTLE: &str = "
+[explanation.effort]
+bases = 1
+screened = 1
+entrants = 4
+further_entrants = 0
+extended = 0
+most_effects = 1
+[recovery]
+screen_steps = 1
+robots = 2
+judged_robots = 4
+generations = 2
+";
+
 #[test]
-#[ignore = "records the events of a run anew, in about four minutes"]
+#[ignore = "records the events of a run anew, in some minutes"]
 fn a_run_is_recorded_anew() {
     let folder = tempfile::tempdir().unwrap();
     let (port, state) = (folder.path().join("imu"), folder.path().join("state"));
     let config = folder.path().join("mlrd.toml");
-    fs::write(&config, "status_every_s = 5.0\n").unwrap();
+    fs::write(&config, format!("status_every_s = 5.0\n{LITTLE}")).unwrap();
     let [port_name, state_name] = [&port, &state].map(|path| path.to_str().unwrap());
     let daemon = Daemon::start([
         "--port",

@@ -157,6 +157,6 @@ mod tests {
         assert_eq!(wrapped("abcdefgh", 3), ["abc", "def", "gh"]);
         assert_eq!(wrapped("a b c d e", 3), ["a b", "c d", "e"]);
         assert_eq!(wrapped("aa bb cc dd", 2), ["aa", "bb", " …"]);
-        assert_eq!(wrapped("", 5), [""]);
+        assert!(wrapped("", 5).is_empty());
     }
 }
