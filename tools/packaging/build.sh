@@ -26,7 +26,8 @@ command -v cargo-deb >/dev/null || {
     echo "this builds on $host only" >&2
     exit 2
 }
-objcopy=$(rustc --print sysroot)/lib/rustlib/$host/bin/rust-objcopy
+sysroot=$(rustc --print sysroot)
+objcopy=$sysroot/lib/rustlib/$host/bin/rust-objcopy
 
 target_of() {
     case $1 in
@@ -79,12 +80,12 @@ for architecture in "${architectures[@]}"; do
     rm -rf "$files"
     mkdir -p "$files/bin" "$files/systemd"
     for program in mlrd mlr-ga; do
-        "$objcopy" --strip-all "target/$target/release/$program" "$files/bin/$program"
+        LD_LIBRARY_PATH=$sysroot/lib "$objcopy" --strip-all "target/$target/release/$program" "$files/bin/$program"
     done
     describe
     # What is installed by hand is in /usr/local.
     sed 's|/usr/local/bin/|/usr/bin/|' crates/mlrd/systemd/mlrd.service >"$files/systemd/mlrd.service"
-    python3 tools/packaging/third_party.py "$target" >"$files/third-party.txt"
+    python3 tools/packaging/third_party.py "$target" | gzip -9n >"$files/third-party.txt.gz"
     cat >"$files/changelog" <<CHANGELOG
 mlr ($version-1) unstable; urgency=medium
 

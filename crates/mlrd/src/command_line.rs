@@ -2,13 +2,13 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+#[cfg(feature = "top")]
+use crate::top::{TopOptions, top};
 use crate::{
     Options,
     check::{CheckOptions, check},
     service,
 };
-#[cfg(feature = "top")]
-use crate::top::{TopOptions, top};
 
 /// The daemon's command line.
 #[derive(Debug, Parser)]

@@ -102,7 +102,8 @@ impl Generated {
     fn text(self) -> anyhow::Result<String> {
         let mut options = CommandLine::command();
         let mut text = Vec::new();
-        let mut complete = |shell, options| clap_complete::generate(shell, options, "mlrd", &mut text);
+        let mut complete =
+            |shell, options| clap_complete::generate(shell, options, "mlrd", &mut text);
         match self {
             Self::CompleteBash => complete(Shell::Bash, &mut options),
             Self::CompleteZsh => complete(Shell::Zsh, &mut options),

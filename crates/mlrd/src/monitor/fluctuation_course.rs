@@ -81,6 +81,9 @@ mod tests {
             course.push(f64::from(second), f64::from(second));
         }
         let kept_deg = course.take_whole_seconds_deg();
-        assert_eq!((kept_deg.len(), kept_deg[0], kept_deg[59]), (KEPT, 139.0, 198.0));
+        assert_eq!(
+            (kept_deg.len(), kept_deg[0], kept_deg[59]),
+            (KEPT, 139.0, 198.0)
+        );
     }
 }

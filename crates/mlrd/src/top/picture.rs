@@ -140,8 +140,9 @@ impl Picture {
                 }
                 if let Some(known) = calibration {
                     let walks = known.walks;
-                    self.calibration =
-                        finding(format!("learned from {walks} healthy walks before the start"));
+                    self.calibration = finding(format!(
+                        "learned from {walks} healthy walks before the start"
+                    ));
                 }
             }
             What::PortOpened { port } => {
@@ -205,13 +206,19 @@ impl Picture {
         }
         match &status.fault {
             None => self.sensor_fault = None,
-            Some(fault) if self.sensor_fault.as_ref().is_none_or(|(known, _)| known != fault) => {
+            Some(fault)
+                if self
+                    .sensor_fault
+                    .as_ref()
+                    .is_none_or(|(known, _)| known != fault) =>
+            {
                 self.sensor_fault = Some((fault.clone(), String::new()));
             }
             Some(_) => {}
         }
         let seconds = status.fluctuations_deg.iter();
-        self.fluctuations_deg.extend(seconds.filter(|deg| deg.is_finite()));
+        self.fluctuations_deg
+            .extend(seconds.filter(|deg| deg.is_finite()));
         let too_many = self.fluctuations_deg.len().saturating_sub(KEPT_S);
         self.fluctuations_deg.drain(..too_many);
         self.status = status.clone();
@@ -278,7 +285,10 @@ mod tests {
         assert_eq!(picture_of(&[]).state, None);
         assert_eq!(state(&[r#"status "state":"standing""#, walking]), "walking");
         assert_eq!(state(&[walking, flagged]), "flagged");
-        assert_eq!(state(&[flagged, r#"status "state":"identifying""#]), "identifying");
+        assert_eq!(
+            state(&[flagged, r#"status "state":"identifying""#]),
+            "identifying"
+        );
         assert_eq!(state(&[flagged, "recovered"]), "walking");
     }
 

@@ -11,7 +11,10 @@ const LONGEST: u64 = 1_000_000;
 /// When the stream cannot be read.
 pub(super) fn next_line(stream: &mut impl BufRead) -> io::Result<Option<Line>> {
     let mut bytes = Vec::new();
-    let read = stream.by_ref().take(LONGEST).read_until(b'\n', &mut bytes)?;
+    let read = stream
+        .by_ref()
+        .take(LONGEST)
+        .read_until(b'\n', &mut bytes)?;
     if read == 0 {
         return Ok(None);
     }

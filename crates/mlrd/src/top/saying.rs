@@ -37,7 +37,9 @@ pub(super) fn saying(name: &str, what: &What, legs: &[WatchedLeg]) -> String {
         What::SensorRecovered { fault, lasted_s } => {
             format!("sensor recovered from {fault} after {lasted_s:.1} s")
         }
-        What::MotionStarted { motion_start_s } => format!("motion started at {motion_start_s:.2} s"),
+        What::MotionStarted { motion_start_s } => {
+            format!("motion started at {motion_start_s:.2} s")
+        }
         What::DamageDetected {
             fluctuation_deg,
             changed: false,
@@ -67,7 +69,10 @@ pub(super) fn saying(name: &str, what: &What, legs: &[WatchedLeg]) -> String {
             for worn in wear {
                 let (parameter, unit) = (&worn.parameter, &worn.unit);
                 let (before, now) = (number(worn.reference), number(worn.now));
-                let _ = write!(text, "; {parameter} has drifted from {before} to {now} {unit}");
+                let _ = write!(
+                    text,
+                    "; {parameter} has drifted from {before} to {now} {unit}"
+                );
             }
             text
         }
@@ -94,6 +99,9 @@ pub(super) fn identified(result: &Identified, legs: &[WatchedLeg]) -> String {
     let mut text = damage(&result.morphology, legs);
     if let Some(probability) = result.probability {
         let _ = write!(text, ", {}", percent(probability));
+    }
+    if let Some(probability) = result.legs_probability {
+        let _ = write!(text, " (these legs: {})", percent(probability));
     }
     if let Some(elapsed_s) = result.elapsed_s {
         let _ = write!(text, ", in {elapsed_s:.1} s");
@@ -158,11 +166,16 @@ pub(super) fn recovery(result: &RecoveryGait) -> String {
         let _ = write!(
             text,
             ", {:.0} mm/s to be counted on in place of {:.0}",
-            after * 1000.0,
-            before * 1000.0
+            millimetres(after),
+            millimetres(before)
         );
     }
     text
+}
+
+/// Without the sign of a zero.
+fn millimetres(length_m: f64) -> f64 {
+    (length_m * 1000.0).round() + 0.0
 }
 
 pub(super) fn calibrated(walks: u32, gain_nats: f64) -> String {
@@ -280,8 +293,8 @@ mod tests {
         let event = r#""time":"t","level":1"#;
         for (text, expected) in [
             (
-                r#""event":"identified","result":{"morphology":[[1,1,1],[1,0,0],[0,0,0]],"probability":0.824,"elapsed_s":13.04}"#,
-                "identified: leg 3 (middle left) lost, leg 2 lost from link 2 on, 82 %, in 13.0 s",
+                r#""event":"identified","result":{"morphology":[[1,1,1],[1,0,0],[0,0,0]],"probability":0.824,"legs_probability":0.997,"elapsed_s":13.04}"#,
+                "identified: leg 3 (middle left) lost, leg 2 lost from link 2 on, 82 % (these legs: > 99 %), in 13.0 s",
             ),
             (
                 r#""event":"identified","result":{"morphology":[[1,1,1],[1,1,1],[1,1,1]],"implausible":true,"probability":1.0}"#,
@@ -300,7 +313,7 @@ mod tests {
                 "sensor corrected: tilted by roll, pitch, yaw 0, -2.08, 0°; scale 1.02",
             ),
             (
-                r#""event":"recovery_gait","gait":"/var/lib/mlrd/recovery-1.toml","joints":"/var/lib/mlrd/recovery-1.csv","result":{"folded_legs":[3],"statically_stable":true,"before":{"reliable_speed_m_per_s":0.0},"after":{"reliable_speed_m_per_s":0.0312}}"#,
+                r#""event":"recovery_gait","gait":"/var/lib/mlrd/recovery-1.toml","joints":"/var/lib/mlrd/recovery-1.csv","result":{"folded_legs":[3],"statically_stable":true,"before":{"reliable_speed_m_per_s":-0.0001},"after":{"reliable_speed_m_per_s":0.0312}}"#,
                 "recovery gait: /var/lib/mlrd/recovery-1.toml, recovery-1.csv; statically stable, folded legs: 3, 31 mm/s to be counted on in place of 0",
             ),
         ] {
@@ -310,8 +323,14 @@ mod tests {
 
     #[test]
     fn no_probability_is_shown_as_certain() {
-        assert_eq!([0.001, 0.5, 0.9999].map(percent), ["< 1 %", "50 %", "> 99 %"]);
-        assert_eq!([123.4, -0.3, 2.0, 0.0].map(number), ["123", "-0.3", "2", "0"]);
+        assert_eq!(
+            [0.001, 0.5, 0.9999].map(percent),
+            ["< 1 %", "50 %", "> 99 %"]
+        );
+        assert_eq!(
+            [123.4, -0.3, 2.0, 0.0].map(number),
+            ["123", "-0.3", "2", "0"]
+        );
         assert_eq!(time_of_day("2026-11-22T16:10:58.461Z"), "16:10:58");
         assert_eq!(time_of_day("T5"), "5");
     }

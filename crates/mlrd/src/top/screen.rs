@@ -35,10 +35,10 @@ const PAGE: usize = 10;
 
 /// Why the view ended.
 enum Left {
-    ByKey,
+    Quit,
     /// Ctrl-C, which in raw mode is a key, and otherwise would have ended the whole pipeline.
-    ByInterrupt,
-    BySignal,
+    Interrupted,
+    Terminated,
 }
 
 /// Draws the picture that follows from the stream until a key or a signal ends it. The terminal is
@@ -68,7 +68,7 @@ pub(super) fn show(
     let left = screen.run(&mut terminal, &lines, &stop);
     // A terminal that is gone cannot be restored.
     let _ = ratatui::try_restore();
-    if let Left::ByInterrupt = left.context("terminal")? {
+    if let Left::Interrupted = left.context("terminal")? {
         // Whoever feeds the stream is in this group, as is this process, which takes no notice.
         let _ = kill_current_process_group(Signal::INT);
     }
@@ -126,7 +126,7 @@ impl Screen {
             }
             drawn = None;
         }
-        Ok(Left::BySignal)
+        Ok(Left::Terminated)
     }
 
     /// Takes the lines that wait. Says whether there were any.
@@ -165,9 +165,9 @@ impl Screen {
         let scrolled_back = &mut self.view.scrolled_back;
         match key.code {
             KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
-                return Some(Left::ByInterrupt);
+                return Some(Left::Interrupted);
             }
-            KeyCode::Char('q' | 'Q') => return Some(Left::ByKey),
+            KeyCode::Char('q' | 'Q') => return Some(Left::Quit),
             KeyCode::Up | KeyCode::Char('k') => *scrolled_back += 1,
             KeyCode::Down | KeyCode::Char('j') => *scrolled_back = scrolled_back.saturating_sub(1),
             KeyCode::PageUp => *scrolled_back += PAGE,
@@ -219,9 +219,9 @@ mod tests {
         assert!(screen.take(&lines) && screen.view.ended);
         assert!(!screen.take(&lines));
         let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-        assert!(matches!(screen.press(interrupt), Some(Left::ByInterrupt)));
+        assert!(matches!(screen.press(interrupt), Some(Left::Interrupted)));
         assert!(screen.press(KeyCode::Char('c').into()).is_none());
         let q = screen.press(KeyCode::Char('q').into());
-        assert!(matches!(q, Some(Left::ByKey)));
+        assert!(matches!(q, Some(Left::Quit)));
     }
 }

@@ -41,7 +41,10 @@ pub struct Told {
 /// What an event says, as far as it is shown. Its fields are those of [`Kind`](crate::event::Kind).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
-#[allow(missing_docs, reason = "named and described where the daemon writes them")]
+#[allow(
+    missing_docs,
+    reason = "named and described where the daemon writes them"
+)]
 pub enum What {
     Started {
         port: String,
@@ -121,19 +124,10 @@ pub struct Identified {
     #[serde(default)]
     pub implausible: bool,
     pub probability: Option<f64>,
+    pub legs_probability: Option<f64>,
     #[serde(default)]
     pub leg_damage_probability: Vec<f64>,
-    #[serde(default)]
-    pub alternatives: Vec<Alternative>,
     pub elapsed_s: Option<f64>,
-}
-
-/// Another morphology with its probability.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[allow(missing_docs, reason = "as above")]
-pub struct Alternative {
-    pub morphology: Morphology,
-    pub probability: f64,
 }
 
 /// What else is wrong, of `mlr.explanation/1`.
@@ -317,7 +311,10 @@ mod tests {
         ] {
             let told = told(text);
             assert_eq!(told.what, What::Unknown);
-            assert_eq!((told.name.as_str(), told.level), ("teleported", Level::Error));
+            assert_eq!(
+                (told.name.as_str(), told.level),
+                ("teleported", Level::Error)
+            );
         }
         // A field is missing, or of another type.
         for text in [

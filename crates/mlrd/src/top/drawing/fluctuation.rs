@@ -43,7 +43,9 @@ pub(super) fn draw(frame: &mut Frame, area: Rect, picture: &Picture, palette: Pa
     let course_deg = picture.fluctuations_deg.iter().skip(skipped);
     let threshold_deg = picture.status.threshold_deg;
     let largest_deg = course_deg.clone().copied().fold(0.0, f64::max);
-    let top_deg = largest_deg.max(threshold_deg.unwrap_or(0.0) * LEAST_TOP).max(1e-3);
+    let top_deg = largest_deg
+        .max(threshold_deg.unwrap_or(0.0) * LEAST_TOP)
+        .max(1e-3);
     let is_above = |deg: f64| threshold_deg.is_some_and(|threshold_deg| deg > threshold_deg);
     // Whole numbers are wanted: thousandths of a degree.
     let millidegrees = |deg: f64| (deg * 1000.0).round() as u64;

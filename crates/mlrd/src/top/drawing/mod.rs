@@ -69,18 +69,30 @@ pub fn draw(frame: &mut Frame, picture: &Picture, view: &View) {
         true => Layout::horizontal([Constraint::Length(ROBOT_COLUMNS), Constraint::Min(0)])
             .spacing(2)
             .areas(upper),
-        false => Layout::vertical([Constraint::Length(robot_lines), Constraint::Min(0)]).areas(upper),
+        false => {
+            Layout::vertical([Constraint::Length(robot_lines), Constraint::Min(0)]).areas(upper)
+        }
     };
     frame.render_widget(headline(picture, view), head);
     let name = match picture.robot.name.as_str() {
         "" => "Robot from above",
         name => name,
     };
-    let inside = headed(frame, robot_area, &format!("{name}: damage of its legs"), view);
+    let inside = headed(
+        frame,
+        robot_area,
+        &format!("{name}: damage of its legs"),
+        view,
+    );
     robot::draw(frame, inside, picture, view.palette);
     let inside = headed(frame, sensor_area, "Sensor", view);
     frame.render_widget(ratatui::text::Text::from(sensor), inside);
-    let inside = headed(frame, fluctuation, &fluctuation::heading(picture, fluctuation.width), view);
+    let inside = headed(
+        frame,
+        fluctuation,
+        &fluctuation::heading(picture, fluctuation.width),
+        view,
+    );
     fluctuation::draw(frame, inside, picture, view.palette);
     let inside = headed(frame, middle, "Found", view);
     frame.render_widget(ratatui::text::Text::from(found), inside);
@@ -120,7 +132,10 @@ fn headline<'a>(picture: &'a Picture, view: &View) -> Line<'a> {
         spans.push(Span::raw(format!("  {clock}")));
     }
     if view.ended {
-        spans.push(Span::styled("  the stream has ended", view.palette.warning()));
+        spans.push(Span::styled(
+            "  the stream has ended",
+            view.palette.warning(),
+        ));
     } else if view.silent > SILENT {
         let silent = format!("  nothing told for {} s", view.silent.as_secs());
         spans.push(Span::styled(silent, view.palette.warning()));
@@ -129,6 +144,6 @@ fn headline<'a>(picture: &'a Picture, view: &View) -> Line<'a> {
 }
 
 fn footer(view: &View) -> Line<'static> {
-    let keys = "q leaves   Ctrl-C leaves and ends what feeds it   ↑ ↓ older and newer events";
+    let keys = "q leaves   ↑ ↓ older events   Ctrl-C ends what feeds it, too";
     Line::styled(keys, view.palette.quiet())
 }

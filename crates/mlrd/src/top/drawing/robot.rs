@@ -26,7 +26,9 @@ fn sides(picture: &Picture) -> [Vec<usize>; 2] {
     let hip_m = |leg: &usize| picture.robot.legs[*leg].hip_m;
     [true, false].map(|is_left| {
         let legs = 0..picture.robot.legs.len();
-        let mut side: Vec<usize> = legs.filter(|leg| (hip_m(leg)[1] > 0.0) == is_left).collect();
+        let mut side: Vec<usize> = legs
+            .filter(|leg| (hip_m(leg)[1] > 0.0) == is_left)
+            .collect();
         side.sort_by(|a, b| hip_m(b)[0].total_cmp(&hip_m(a)[0]));
         side
     })
@@ -69,10 +71,16 @@ fn drawn(picture: &Picture, leg: usize, palette: Palette) -> DrawnLeg {
     }
 }
 
-fn pair_lines<'a>(left: Option<DrawnLeg>, right: Option<DrawnLeg>, is_first: bool) -> [Line<'a>; 2] {
+fn pair_lines<'a>(
+    left: Option<DrawnLeg>,
+    right: Option<DrawnLeg>,
+    is_first: bool,
+) -> [Line<'a>; 2] {
     let width = |leg: &Option<DrawnLeg>| {
         let leg = leg.as_ref();
-        leg.map_or(0, |leg| leg.title.chars().count() + 1 + leg.links.chars().count())
+        leg.map_or(0, |leg| {
+            leg.title.chars().count() + 1 + leg.links.chars().count()
+        })
     };
     // Both sides are as wide, so that the body stands in the middle.
     let side = width(&left).max(width(&right));
@@ -107,7 +115,10 @@ fn pair_lines<'a>(left: Option<DrawnLeg>, right: Option<DrawnLeg>, is_first: boo
             Span::styled(format!("{left_probability:>left_room$}"), left_style),
             Span::raw(" ".repeat(side - left_room) + &body + &" ".repeat(right_room)),
             Span::styled(
-                format!("{right_probability:<room$}", room = side.saturating_sub(right_room)),
+                format!(
+                    "{right_probability:<room$}",
+                    room = side.saturating_sub(right_room)
+                ),
                 right_style,
             ),
         ]),
