@@ -9,9 +9,10 @@
 
 use std::{fs, path::PathBuf, time::SystemTime};
 
+use mlr_model::Robot;
 use mlrd::{
     Options, Settings,
-    event::{Event, Kind, Status, line},
+    event::{Event, Kind, Status, WatchedRobot, line},
 };
 use schemars::{JsonSchema, generate::SchemaSettings};
 use serde_json::Value;
@@ -53,12 +54,16 @@ fn events_keep_to_their_schema() {
         rate_hz: Some(500.0),
         roll_deg: None,
         pitch_deg: Some(-0.5),
+        fluctuation_deg: Some(0.4),
+        fluctuations_deg: vec![0.5, 0.4],
+        threshold_deg: 5.0,
         dropped_status: 0,
         dropped_events: 0,
     };
     for kind in [
         Kind::Started {
             port: "/dev/ttyTHS1".into(),
+            robot: WatchedRobot::new(&Robot::jethexa()),
             last_known: None,
             calibration: None,
         },

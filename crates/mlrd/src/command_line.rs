@@ -2,6 +2,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+#[cfg(feature = "top")]
+use crate::top::{TopOptions, top};
 use crate::{
     Options,
     check::{CheckOptions, check},
@@ -28,6 +30,8 @@ pub struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Command {
     Check(Box<CheckOptions>),
+    #[cfg(feature = "top")]
+    Top(TopOptions),
 }
 
 impl CommandLine {
@@ -35,6 +39,8 @@ impl CommandLine {
     pub fn run(&self) -> ExitCode {
         match &self.command {
             Some(Command::Check(options)) => check(options),
+            #[cfg(feature = "top")]
+            Some(Command::Top(options)) => top(options),
             None => service::run(&self.options),
         }
     }

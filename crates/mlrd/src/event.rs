@@ -3,8 +3,9 @@
 use std::{path::PathBuf, time::SystemTime};
 
 use mlr_ga::{CalibrationReport, ExplanationReport, IdentificationReport, RecoveryReport};
+use mlr_model::Robot;
 use mlr_residual::walk::Sensing;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     learning::{KnownCalibration, Wear},
@@ -33,6 +34,19 @@ pub enum Level {
     Error = 2,
     /// Nothing is heard.
     Stale = 3,
+}
+
+#[cfg(feature = "top")]
+impl Level {
+    /// The level of this number; what is beyond all of them is as the last one.
+    pub(crate) fn of_number(number: u64) -> Self {
+        match number {
+            0 => Self::Ok,
+            1 => Self::Warn,
+            2 => Self::Error,
+            _ => Self::Stale,
+        }
+    }
 }
 
 impl Serialize for Level {
@@ -66,6 +80,8 @@ pub enum Kind {
     Started {
         /// The port it is going to read.
         port: String,
+        /// The robot that it watches.
+        robot: WatchedRobot,
         /// What was last identified, before this start.
         #[serde(skip_serializing_if = "Option::is_none")]
         last_known: Option<KnownMorphology>,
@@ -182,6 +198,43 @@ pub enum Kind {
     Stopped,
 }
 
+/// A robot as far as it must be known to draw its legs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct WatchedRobot {
+    /// Its name.
+    pub name: String,
+    /// Its legs, in the order of their numbers.
+    pub legs: Vec<WatchedLeg>,
+}
+
+/// One leg from above.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct WatchedLeg {
+    /// Its name.
+    pub name: String,
+    /// Where it is joined to the body: x forward and y to the left, in the body's frame.
+    pub hip_m: [f64; 2],
+    /// How many links it has when it is whole.
+    pub links: usize,
+}
+
+impl WatchedRobot {
+    /// This robot.
+    pub fn new(robot: &Robot) -> Self {
+        let legs = robot.legs().iter().map(|leg| WatchedLeg {
+            name: leg.name.clone(),
+            hip_m: [leg.hip_m.x, leg.hip_m.y],
+            links: leg.links.len(),
+        });
+        Self {
+            name: robot.name().into(),
+            legs: legs.collect(),
+        }
+    }
+}
+
 /// How things are.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -204,6 +257,12 @@ pub struct Status {
     pub roll_deg: Option<f64>,
     /// Its pitch.
     pub pitch_deg: Option<f64>,
+    /// How far roll or pitch swing within the damage detector's window now; null where that is not known.
+    pub fluctuation_deg: Option<f64>,
+    /// The largest of it in each whole second since the last status, the oldest first; of a minute at most.
+    pub fluctuations_deg: Vec<f64>,
+    /// What a healthy robot stays below.
+    pub threshold_deg: f64,
     /// How many `status` before this one were dropped because nobody read them.
     pub dropped_status: u64,
     /// How many other events were.
@@ -294,6 +353,9 @@ mod tests {
             rate_hz: Some(500.0),
             roll_deg: None,
             pitch_deg: None,
+            fluctuation_deg: None,
+            fluctuations_deg: Vec::new(),
+            threshold_deg: 5.0,
             dropped_status: 0,
             dropped_events: 0,
         }))
@@ -318,7 +380,7 @@ mod tests {
             (&event["good"], &event["rate_hz"]),
             (&7.into(), &500.0.into())
         );
-        for unknown in ["fault", "roll_deg", "pitch_deg"] {
+        for unknown in ["fault", "roll_deg", "pitch_deg", "fluctuation_deg"] {
             assert!(event.get(unknown).is_some_and(serde_json::Value::is_null));
         }
     }

@@ -14,6 +14,7 @@
 //! stderr, both from threads of their own ([`output`]): nothing waits for a reader.
 //! While the sensor has a fault ([`sensor_fault`]) nothing is concluded about the robot.
 //! `mlrd check` tells beforehand what is missing for all of that (`check`).
+//! `mlrd top` shows events on a terminal (`top`, a feature that is on by default).
 //! [`Settings`] is everything that can be chosen.
 
 pub mod attitude;
@@ -43,6 +44,8 @@ pub mod source;
 pub mod spike_filter;
 pub mod stopped_clock;
 pub mod supervisor;
+#[cfg(feature = "top")]
+pub mod top;
 pub mod worker;
 
 pub use command_line::CommandLine;

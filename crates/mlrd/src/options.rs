@@ -85,6 +85,11 @@ pub struct Options {
 enum Generated {
     /// The manual page.
     Man,
+    /// The manual page of `mlrd check`.
+    ManCheck,
+    /// The manual page of `mlrd top`.
+    #[cfg(feature = "top")]
+    ManTop,
     /// Completions for Bash.
     CompleteBash,
     /// Completions for Zsh.
@@ -97,18 +102,28 @@ impl Generated {
     fn text(self) -> anyhow::Result<String> {
         let mut options = CommandLine::command();
         let mut text = Vec::new();
-        let shell = match self {
-            Self::Man => None,
-            Self::CompleteBash => Some(Shell::Bash),
-            Self::CompleteZsh => Some(Shell::Zsh),
-            Self::CompleteFish => Some(Shell::Fish),
-        };
-        match shell {
-            Some(shell) => clap_complete::generate(shell, &mut options, "mlrd", &mut text),
-            None => Man::new(options).render(&mut text)?,
+        let mut complete =
+            |shell, options| clap_complete::generate(shell, options, "mlrd", &mut text);
+        match self {
+            Self::CompleteBash => complete(Shell::Bash, &mut options),
+            Self::CompleteZsh => complete(Shell::Zsh, &mut options),
+            Self::CompleteFish => complete(Shell::Fish, &mut options),
+            Self::Man => Man::new(options.disable_help_subcommand(true)).render(&mut text)?,
+            Self::ManCheck => manual(options, "check")?.render(&mut text)?,
+            #[cfg(feature = "top")]
+            Self::ManTop => manual(options, "top")?.render(&mut text)?,
         }
         Ok(String::from_utf8(text)?)
     }
+}
+
+/// The manual page of a command.
+fn manual(mut program: clap::Command, name: &str) -> anyhow::Result<Man> {
+    program.build();
+    let command = program.find_subcommand(name);
+    let command = command.with_context(|| format!("no command {name}"))?;
+    let full_name = format!("mlrd-{name}");
+    Ok(Man::new(command.clone().version(env!("MLR_VERSION"))).title(full_name))
 }
 
 /// What each setting means: the doc comments of the types.

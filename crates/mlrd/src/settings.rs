@@ -317,21 +317,11 @@ impl Settings {
     /// The robot's description, robot and gait, which fit together and to the faults of the
     /// simulation.
     pub(crate) fn model(&self) -> anyhow::Result<(String, Robot, Gait)> {
-        let ((description, robot), gait) = (self.robot()?, self.gait()?);
+        let ((description, robot), gait) = (robot(self.robot.as_deref())?, self.gait()?);
         JointCommands::new(&robot, &gait, gait.first_pass_s()).context("robot and gait")?;
         let identification = self.identification.check_on(&robot);
         identification.map_err(|error| error.under("identification"))?;
         Ok((description, robot, gait))
-    }
-
-    fn robot(&self) -> anyhow::Result<(String, Robot)> {
-        let Some(path) = &self.robot else {
-            return Ok((Robot::JETHEXA_TOML.into(), Robot::jethexa()));
-        };
-        let name = || path.display().to_string();
-        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
-        let robot = Robot::from_toml(&text).with_context(name)?;
-        Ok((text, robot))
     }
 
     fn gait(&self) -> anyhow::Result<Gait> {
@@ -342,6 +332,17 @@ impl Settings {
         let text = read_text(path, Gait::MOST_FILE_BYTES).with_context(name)?;
         Gait::from_toml(&text).with_context(name)
     }
+}
+
+/// The description and the robot of a file, or the embedded one.
+pub(crate) fn robot(path: Option<&Path>) -> anyhow::Result<(String, Robot)> {
+    let Some(path) = path else {
+        return Ok((Robot::JETHEXA_TOML.into(), Robot::jethexa()));
+    };
+    let name = || path.display().to_string();
+    let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
+    let robot = Robot::from_toml(&text).with_context(name)?;
+    Ok((text, robot))
 }
 
 #[cfg(test)]

@@ -55,16 +55,16 @@ impl Morphology {
     /// The damage in words: "healthy", "legs 3,4 lost",
     /// "leg 2 lost from link 3 on".
     pub fn describe(&self) -> String {
-        self.in_words(|leg| leg.to_string())
+        self.describe_with(|leg| leg.to_string())
     }
 
     /// The same with the names that the legs have on this robot: "leg 4 (middle right) lost".
     pub fn describe_on(&self, robot: &Robot) -> String {
-        self.in_words(|leg| robot.numbered_name(leg))
+        self.describe_with(|leg| robot.numbered_name(leg))
     }
 
-    /// In words, with a name for each leg by its number from 1.
-    fn in_words(&self, name: impl Fn(usize) -> String) -> String {
+    /// The same with a name for each leg by its number from 1.
+    pub fn describe_with(&self, name: impl Fn(usize) -> String) -> String {
         let whole: Vec<_> = self
             .damaged_legs()
             .into_iter()

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::SystemTime};
 
 use mlr_model::Robot;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{LearningSettings, Lesson, Wear, wear};
 
@@ -30,7 +30,7 @@ pub struct LearnedRobot {
 }
 
 /// What is told of a calibration when the daemon starts.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KnownCalibration {
     /// When it was learned, RFC 3339.

@@ -2,6 +2,7 @@
 
 mod cycle_tracker;
 mod explainable_walk;
+mod fluctuation_course;
 mod handed_out;
 mod healthy_walks;
 mod recent;
@@ -21,6 +22,7 @@ use mlr_residual::walk::Sensing;
 use self::{
     cycle_tracker::CycleTracker,
     explainable_walk::{ExplainableWalk, WalkSeen},
+    fluctuation_course::FluctuationCourse,
     handed_out::HandedOut,
     healthy_walks::HealthyWalks,
     recent::{PAUSE_S, Recent, Stretch},
@@ -65,6 +67,7 @@ pub struct Monitor {
     next_check_s: f64,
     complained: bool,
     swings: RecentSwings,
+    fluctuations: FluctuationCourse,
 }
 
 /// What the robot is known to do.
@@ -158,6 +161,7 @@ impl Monitor {
             next_check_s: 0.0,
             complained: false,
             swings: RecentSwings::default(),
+            fluctuations: FluctuationCourse::default(),
         })
     }
 
@@ -178,6 +182,22 @@ impl Monitor {
         }
     }
 
+    /// How roll and pitch fluctuate now: `None` where that is not known.
+    pub fn fluctuation_deg(&self) -> Option<f64> {
+        self.fluctuations.latest_deg()
+    }
+
+    /// Fluctuation that a healthy robot stays below.
+    pub fn threshold_deg(&self) -> f64 {
+        self.swinging_deg
+    }
+
+    /// The largest fluctuation of each whole second since this was last asked, the oldest first; of a
+    /// minute at most.
+    pub fn take_fluctuations_deg(&mut self) -> Vec<f64> {
+        self.fluctuations.take_whole_seconds_deg()
+    }
+
     /// Takes the next reading.
     pub fn take(&mut self, reading: &Reading) -> Vec<Action> {
         let attitude = reading.attitude;
@@ -194,6 +214,8 @@ impl Monitor {
             sensor_correction::corrected_tilt(attitude.angles_rad, &self.sensing);
         match self.detector.push(attitude.time_s, roll, pitch) {
             Ok(Some(assessment)) => {
+                self.fluctuations
+                    .push(assessment.time_s, assessment.fluctuation_deg);
                 self.judge(assessment, attitude.time_s, &mut actions);
                 actions.extend(self.explanation_due());
             }
@@ -221,6 +243,7 @@ impl Monitor {
         self.recent.clear();
         self.detector = self.fresh_detector.clone();
         self.swings = RecentSwings::default();
+        self.fluctuations.interrupt();
         self.explainable = ExplainableWalk::None;
         self.motion_start_s = None;
         self.cycles.forget();

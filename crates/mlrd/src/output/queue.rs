@@ -44,7 +44,7 @@ pub struct OutputQueue<E> {
 }
 
 /// What an expendable entry counts for among the bytes: more than a `status` takes.
-const EXPENDABLE_BYTES: usize = 512;
+const EXPENDABLE_BYTES: usize = 1024;
 
 impl<E> OutputQueue<E> {
     /// An empty queue.

@@ -24,7 +24,7 @@ use crate::{
     Options,
     attitude::Attitude,
     background::{Background, Done},
-    event::{Kind, Status},
+    event::{Kind, Status, WatchedRobot},
     monitor::Monitor,
     output::{Events, Messages},
     recorder::{Recorder, RecordingNotice},
@@ -83,6 +83,7 @@ struct Service {
     events: Events,
     messages: Messages,
     source_name: String,
+    robot: WatchedRobot,
     stop: Arc<AtomicBool>,
     pieces: Receiver<SourceMessage>,
     pulse: Pulse,
@@ -115,6 +116,7 @@ impl Service {
     fn serve(mut self) -> ExitCode {
         self.tell(Kind::Started {
             port: self.source_name.clone(),
+            robot: self.robot.clone(),
             last_known: self.state.last_known.clone(),
             calibration: self.lessons.known.known(),
         });
@@ -263,6 +265,7 @@ impl Service {
         self.keep_bias();
         let rate_hz = self.sensor.take_rate_hz();
         let angles = self.last_attitude.map(|attitude| attitude.angles_rad);
+        let fluctuations_deg = self.monitor.take_fluctuations_deg();
         self.tell(Kind::Status(Box::new(Status {
             good: counts.good,
             bad: counts.bad,
@@ -273,6 +276,9 @@ impl Service {
             rate_hz,
             roll_deg: angles.map(|angles| angles.roll.to_degrees()),
             pitch_deg: angles.map(|angles| angles.pitch.to_degrees()),
+            fluctuation_deg: self.monitor.fluctuation_deg(),
+            fluctuations_deg,
+            threshold_deg: self.monitor.threshold_deg(),
             dropped_status: 0,
             dropped_events: 0,
         })));

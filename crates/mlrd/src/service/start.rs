@@ -20,6 +20,7 @@ use super::{Service, lessons::Lessons};
 use crate::{
     Settings,
     background::Background,
+    event::WatchedRobot,
     monitor::{Monitor, MonitorSettings},
     output::{Events, Messages},
     recorder::Recorder,
@@ -93,6 +94,7 @@ impl Service {
         Ok(Self {
             events: Events::to_stdout(messages.clone()).context("stdout")?,
             source_name,
+            robot: WatchedRobot::new(&known.robot),
             sensor: Sensor::new(settings, state.gyroscope_bias_radps.map(Vector3::from)),
             faulty: false,
             monitor,
