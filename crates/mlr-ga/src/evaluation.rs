@@ -44,6 +44,9 @@ pub struct CaseFit {
 }
 
 /// Receives the progress of a search.
+///
+/// Whoever wants to end a search early unwinds from here with [`std::panic::resume_unwind`], and
+/// catches that where the search was begun.
 pub trait Progress: Sync {
     /// At most this many candidates will be evaluated in all.
     fn expect(&self, candidates: usize);
@@ -58,6 +61,24 @@ impl Progress for () {
     fn expect(&self, _candidates: usize) {}
     fn expect_more(&self, _candidates: usize) {}
     fn advance(&self) {}
+}
+
+/// The progress of a search that is a part of something longer: what it expects is expected beside
+/// the rest.
+pub(crate) struct PartOf<'a, P>(pub(crate) &'a P);
+
+impl<P: Progress> Progress for PartOf<'_, P> {
+    fn expect(&self, candidates: usize) {
+        self.0.expect_more(candidates);
+    }
+
+    fn expect_more(&self, candidates: usize) {
+        self.0.expect_more(candidates);
+    }
+
+    fn advance(&self) {
+        self.0.advance();
+    }
 }
 
 /// Evaluates morphologies in parallel and remembers the results: no morphology

@@ -17,7 +17,8 @@ use mlr_residual::{
 use thiserror::Error;
 
 use crate::{
-    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model, identify,
+    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model,
+    evaluation::PartOf, identify,
 };
 
 /// Why a recording has no explanation.
@@ -109,7 +110,9 @@ pub fn explain(
     };
     // A stretch that the settings name is used as it is.
     let before = identify_settings.from_s.is_none();
-    let before = before.then(|| before_the_change(recording, &measured, model, &from_the_start));
+    let part = PartOf(progress);
+    let before =
+        before.then(|| before_the_change(recording, &measured, model, &from_the_start, &part));
     let before = before.flatten();
     let was_damaged =
         |found: &Identification| !found.damaged_legs.is_empty() && found.legs_probability > SURE;
@@ -146,7 +149,7 @@ pub fn explain(
         identify_settings,
     )?;
     // The record comes first: a recording without one needs no search.
-    let identification = identify(recording, model, identify_settings, progress)?;
+    let identification = identify(recording, model, identify_settings, &part)?;
     let nominal = WalkModel::nominal(
         model.robot.clone(),
         gait.clone(),
@@ -237,6 +240,7 @@ fn before_the_change(
     measured: &MeasuredWalk,
     model: Model<'_>,
     from_the_start: &IdentifySettings,
+    progress: &dyn crate::Progress,
 ) -> Option<Identification> {
     let GaitPhase::Elapsed { since_start_s } = measured.phase() else {
         return None;
@@ -245,7 +249,7 @@ fn before_the_change(
         window_s: since_start_s.min(from_the_start.window_s),
         ..from_the_start.clone()
     };
-    identify(recording, model, &before, &()).ok()
+    identify(recording, model, &before, progress).ok()
 }
 
 /// Log time at which the simulated walk starts: with the measured walk, or, where damage

@@ -3,13 +3,16 @@
 use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
-use mlr_ga::{Configuration, ExplainSettings, ExplanationReport, Model, WalkStart, explain};
+use mlr_ga::{
+    Configuration, ExplainSettings, ExplanationReport, IdentifyOverrides, Model, explain,
+    explanation_settings,
+};
 use mlr_model::Robot;
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
 use super::{
     log_file::LogFile,
-    model_files::{self, AtlasFile, ModelFiles},
+    model_files::{AtlasFile, ModelFiles},
     output::{self, ResultFile},
     progress::Bar,
     search_options::SearchOptions,
@@ -54,15 +57,14 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         explanation,
         mounting,
         ..
-    } = model_files::configuration(options.config.as_deref(), None)?;
-    let mut settings = options.search.over(identification);
-    if let Some(start_s) = options.start_s {
-        settings.walk_start = WalkStart::CommandedAtS(start_s);
-    }
-    let checked = settings.check();
-    checked.map_err(|error| error.as_option(&[("walk_start.commanded_at_s", "--start-s")]))?;
-    let explanation =
-        model_files::explanation(options.explanation.as_deref())?.unwrap_or(explanation);
+    } = Configuration::read(options.config.as_deref(), None)?;
+    let overrides = IdentifyOverrides {
+        start_s: options.start_s,
+        ..options.search.overrides()
+    };
+    let settings = overrides.over(identification);
+    let settings = settings.map_err(|error| error.as_option(&[("start_s", "--start-s")]))?;
+    let explanation = explanation_settings(options.explanation.as_deref())?.unwrap_or(explanation);
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
     let file = options.output.as_deref();

@@ -1,19 +1,19 @@
 //! `mlr-ga probe LOG`.
 
 use mlr_ga::{
-    DiagnosisReport, IdentifySettings, OpenQuestion, ProbeSettings, diagnosis_motion,
-    identify_together,
+    Configuration, DiagnosisReport, IdentifySettings, OpenQuestion, ProbeSettings,
+    diagnosis_motion, identify_together,
 };
 use mlr_model::Gait;
 
 use super::{
-    super::{log_file::LogFiles, model_files, output, progress::Bar},
+    super::{log_file::LogFiles, output, progress::Bar},
     ProbeOptions, segment,
 };
 
 /// The motion that tells most about what the logs leave open.
 pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Result<()> {
-    let configuration = model_files::configuration(options.config.as_deref(), None)?;
+    let configuration = Configuration::read(options.config.as_deref(), None)?;
     let identification = IdentifySettings {
         seed: options.seed,
         ..configuration.identification
