@@ -36,7 +36,7 @@ pub(crate) fn calibrate(
     running: Running,
 ) -> PyResult<(String, String)> {
     let logs: Vec<Named> = recordings.into_iter().map(Columns::copied).collect();
-    run(py, &running, move |steps| {
+    run(py, running, move |steps| {
         let (report, description) = options.answer(logs, &model, steps)?;
         Ok((serde_json::to_string(&report)?, description))
     })

@@ -28,7 +28,7 @@ pub(crate) fn detect(
     running: Running,
 ) -> PyResult<String> {
     let log = recording.copied();
-    run(py, &running, move |_| {
+    run(py, running, move |_| {
         Ok(serde_json::to_string(&options.answer(log)?)?)
     })
 }

@@ -36,7 +36,7 @@ pub(crate) fn explain(
 ) -> PyResult<String> {
     let started = Instant::now();
     let log = recording.copied();
-    run(py, &running, move |steps| {
+    run(py, running, move |steps| {
         let report = options.answer(log, &model, started, steps)?;
         Ok(serde_json::to_string(&report)?)
     })

@@ -41,7 +41,7 @@ pub(crate) fn identify(
 ) -> PyResult<String> {
     let started = Instant::now();
     let logs: Vec<Named> = recordings.into_iter().map(Columns::copied).collect();
-    run(py, &running, move |steps| {
+    run(py, running, move |steps| {
         let report = options.answer(logs, &model, started, steps)?;
         Ok(serde_json::to_string(&report)?)
     })

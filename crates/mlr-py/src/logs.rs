@@ -30,7 +30,7 @@ pub(crate) fn read_log<'py>(
     running: Running,
 ) -> PyResult<Bound<'py, PyDict>> {
     let log = path.display().to_string();
-    let recording = run(py, &running, move |_| options.read(path))?;
+    let recording = run(py, running, move |_| options.read(path))?;
     let columns = PyDict::new(py);
     columns.set_item(
         "t",

@@ -84,7 +84,7 @@ pub(crate) struct Running {
 /// next step; it holds nothing of Python's.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
-    running: &Running,
+    running: Running,
     compute: impl FnOnce(&Steps) -> anyhow::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let threads = threads(running.threads).map_err(|error| exception(&error.into()))?;
@@ -110,7 +110,7 @@ pub(crate) fn run<T: Send + 'static>(
             }
             Err(RecvTimeoutError::Timeout) => {
                 let heard = py.check_signals();
-                let heard = heard.and_then(|()| tell(py, running, &steps, &mut told));
+                let heard = heard.and_then(|()| tell(py, &running, &steps, &mut told));
                 if let Err(raised) = heard {
                     steps.is_given_up.store(true, Ordering::Relaxed);
                     return Err(raised);

@@ -44,7 +44,7 @@ pub(crate) fn simulate<'py>(
     model: ModelFiles,
     running: Running,
 ) -> PyResult<Simulated<'py>> {
-    let (report, log) = run(py, &running, move |_| {
+    let (report, log) = run(py, running, move |_| {
         let (report, log) = options.log(&model)?;
         Ok((serde_json::to_string(&report)?, log))
     })?;
