@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import BadInput
 
-Path: TypeAlias = "str | PathLike[str]"
+Path: TypeAlias = str | PathLike[str]
 """The name of a file."""
 
-Progress: TypeAlias = "Callable[[int, int], object]"
+Progress: TypeAlias = Callable[[int, int], object]
 """Called with the steps that are done, and those expected in all so far."""
 
 ANGLES = ("roll", "pitch", "yaw")
@@ -21,14 +21,15 @@ VECTORS = ("acceleration", "angular_rate")
 
 def numbers(name: str, values: ArrayLike, columns: int | None = None) -> NDArray[np.float64]:
     """An array of float64 from whatever holds real numbers; masked ones are NaN."""
-    array = values if isinstance(values, np.ma.MaskedArray) else np.asarray(values)
-    shape, expected = (array.shape, "(n,)" if columns is None else f"(n, {columns})")
+    if isinstance(values, np.ma.MaskedArray):
+        masked: Any = values
+        values = masked.astype(np.float64).filled(np.nan)
+    array = np.asarray(values)
+    expected = "(n,)" if columns is None else f"(n, {columns})"
     if array.dtype.kind not in "iuf":
         raise BadInput(f"{name}: is an array of {array.dtype}, expected real numbers")
-    if array.ndim != (1 if columns is None else 2) or (columns and shape[1] != columns):
-        raise BadInput(f"{name}: has the shape {shape}, expected {expected}")
-    if isinstance(array, np.ma.MaskedArray):
-        array = array.astype(np.float64).filled(np.nan)
+    if array.ndim != (1 if columns is None else 2) or array.shape[1:] not in ((), (columns,)):
+        raise BadInput(f"{name}: has the shape {array.shape}, expected {expected}")
     return np.asarray(array, dtype=np.float64)
 
 
@@ -54,7 +55,7 @@ def columns(recording: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def paths(given: "Path | Sequence[Path] | None") -> list[Path]:
+def paths(given: Path | Sequence[Path] | None) -> list[Path]:
     """None, one or several names of files."""
     if given is None:
         return []
