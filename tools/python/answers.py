@@ -8,6 +8,7 @@ import json
 import re
 import sys
 import textwrap
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,10 +34,14 @@ def sentence(schema):
     return re.sub(r"\[`([^`]*)`\](\([^)]*\))?", r"`\1`", text)
 
 
+def name_of(reference):
+    return reference.rsplit("/", 1)[1]
+
+
 def type_of(schema):
     """The Python type of what a schema describes."""
     if "$ref" in schema:
-        return f'"{schema["$ref"].rsplit("/", 1)[1]}"'
+        return name_of(schema["$ref"])
     if "const" in schema:
         return f"Literal[{json.dumps(schema['const'])}]"
     for either in ("oneOf", "anyOf"):
@@ -44,13 +49,12 @@ def type_of(schema):
             kinds = [type_of(one) for one in schema[either]]
             if all(kind.startswith("Literal[") for kind in kinds):
                 return f"Literal[{', '.join(kind[8:-1] for kind in kinds)}]"
-            return f"\"{' | '.join(dict.fromkeys(kind.strip(chr(34)) for kind in kinds))}\""
+            return " | ".join(dict.fromkeys(kinds))
     if "enum" in schema:
         return f"Literal[{', '.join(json.dumps(one) for one in schema['enum'])}]"
     kinds = schema["type"]
     if isinstance(kinds, list):
-        each = [type_of({**schema, "type": kind}).strip('"') for kind in kinds]
-        return f"\"{' | '.join(each)}\""
+        return " | ".join(type_of({**schema, "type": kind}) for kind in kinds)
     if kinds == "array":
         return f"list[{type_of(schema['items'])}]"
     if kinds == "object":
@@ -80,6 +84,19 @@ def typed_dict(name, schema):
     )
 
 
+def references(schema):
+    """All that a schema refers to; its own definitions are not it."""
+    if isinstance(schema, dict):
+        for key, one in schema.items():
+            if key == "$ref":
+                yield one
+            elif key != "$defs":
+                yield from references(one)
+    elif isinstance(schema, list):
+        for one in schema:
+            yield from references(one)
+
+
 def types():
     """The text of the module."""
     parts, answers = {}, {}
@@ -91,12 +108,13 @@ def types():
         answers[answer.capitalize()] = schema
     text = HEAD
     for name, part in sorted(parts.items()):
-        if "properties" in part:
-            continue
-        text += f"{comment(sentence(part), '')}{name}: TypeAlias = {type_of(part)}\n"
-    for name, part in [*sorted(parts.items()), *answers.items()]:
-        if "properties" in part:
-            text += "\n\n" + typed_dict(name, part)
+        if "properties" not in part:
+            text += f"{comment(sentence(part), '')}{name}: TypeAlias = {type_of(part)}\n"
+    objects = {name: part for name, part in parts.items() if "properties" in part} | answers
+    # What others refer to comes before them.
+    needs = {name: {one for one in map(name_of, references(part)) if one in objects} for name, part in objects.items()}
+    for name in TopologicalSorter(dict(sorted(needs.items()))).static_order():
+        text += "\n\n" + typed_dict(name, objects[name])
     return text
 
 

@@ -7,7 +7,7 @@ import_exception!(mlr.errors, CannotAnswer);
 
 /// The exception of an error, with the error's message and those of its causes.
 pub(crate) fn exception(error: &anyhow::Error) -> PyErr {
-    let message = format!("{error:#}");
+    let message = format!("{error:#}").trim_end().to_string();
     match error.chain().any(mlr_ga::says_log_cannot_answer) {
         true => CannotAnswer::new_err(message),
         false => BadInput::new_err(message),

@@ -15,10 +15,13 @@ import mlr
 QUICK = """
 [identification]
 window_s = 2.0
+lost_links = "absent"
 leaders = 2
 variations = [{}]
 [identification.genetic]
 generations = 1
+[identification.simulation]
+time_step_s = 0.02
 [explanation.effort]
 bases = 1
 screened = 1

@@ -55,7 +55,7 @@ def test_an_identification_of_raw_samples_alone(
     log = tmp_path / "raw.csv"
     names = ("t_s", *RAW)
     rows = np.stack([read[name] for name in names], axis=1)
-    np.savetxt(log, rows, delimiter=",", header=",".join(names), comments="", fmt="%r")
+    np.savetxt(log, rows, delimiter=",", header=",".join(names), comments="", fmt="%.17g")
     theirs = answer_of("identify", log, "--config", quick)
     ours = mlr.identify(read["t_s"], acceleration=rows[:, 1:4], angular_rate=rows[:, 4:], config=quick)
     assert without(ours, "elapsed_s", "log") == without(theirs, "elapsed_s", "log")
@@ -69,7 +69,7 @@ def test_the_mounting_of_a_configuration_is_applied(
     tmp_path: Path, quick: Path, short_log: Path, walk: mlr.ReadRecording, answer_of: Answers
 ) -> None:
     mounted = tmp_path / "mounted.toml"
-    mounted.write_text(quick.read_text() + "[mounting]\nroll_deg = 2.0\n")
+    mounted.write_text(quick.read_text() + "[mounting]\nyaw_deg = 30.0\n")
     theirs = answer_of("identify", short_log, "--config", mounted)
     ours = mlr.identify(**walk, config=mounted)
     assert without(ours, "elapsed_s") == without(theirs, "elapsed_s")

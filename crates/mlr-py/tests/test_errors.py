@@ -26,7 +26,7 @@ def test_the_hierarchy() -> None:
 
 def write(path: Path, times: Any, angles: Any) -> Path:
     rows = np.stack([times, angles, angles, angles], axis=1)
-    np.savetxt(path, rows, delimiter=",", header="t_s,roll_rad,pitch_rad,yaw_rad", comments="", fmt="%r")
+    np.savetxt(path, rows, delimiter=",", header="t_s,roll_rad,pitch_rad,yaw_rad", comments="", fmt="%.17g")
     return path
 
 
@@ -67,8 +67,9 @@ def test_files_that_cannot_be_used(
     if text is not None:
         path.write_text(text)
     ran = mlr_ga("identify", short_log, f"--{option}", path)
+    named: dict[str, Any] = {option: path}
     with pytest.raises(mlr.BadInput) as raised:
-        mlr.identify(**walk, **{option: path})
+        mlr.identify(**walk, **named)
     assert ran.returncode == 2 and file in ran.stderr
     assert ran.stderr == f"mlr-ga: {raised.value}\n"
 
@@ -89,8 +90,9 @@ def test_numbers_that_make_no_sense(
 ) -> None:
     name = "--" + option.replace("_", "-")
     ran = mlr_ga("identify", short_log, name, repr(value))
+    named: dict[str, Any] = {option: value}
     with pytest.raises(mlr.BadInput) as raised:
-        mlr.identify(**walk, **{option: value})
+        mlr.identify(**walk, **named)
     assert ran.returncode == 2
     assert ran.stderr.removeprefix("mlr-ga: ").replace(name, option) == f"{raised.value}\n"
 
@@ -172,7 +174,7 @@ def test_arrays_that_are_no_recording(arrays: dict[str, Any], message: str) -> N
 
 
 def test_other_types_are_type_errors(walk: Any) -> None:
-    with pytest.raises(TypeError):
-        mlr.identify(**walk, window_s="long")
-    with pytest.raises(TypeError):
-        mlr.identify(**walk, robot=3)
+    others: tuple[dict[str, Any], ...] = ({"window_s": "long"}, {"robot": 3}, {"seed": 1.5})
+    for other in others:
+        with pytest.raises(TypeError):
+            mlr.identify(**walk, **other)
