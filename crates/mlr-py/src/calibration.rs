@@ -14,7 +14,7 @@ use pyo3::{FromPyObject, PyResult, Python, pyfunction};
 use crate::{
     arguments::{Columns, ModelFiles, Named},
     failure::blame,
-    running::{Running, Steps, run},
+    running::{Running, Steps},
 };
 
 #[derive(Debug, FromPyObject)]
@@ -36,7 +36,7 @@ pub(crate) fn calibrate(
     running: Running,
 ) -> PyResult<(String, String)> {
     let logs: Vec<Named> = recordings.into_iter().map(Columns::copied).collect();
-    run(py, running, move |steps| {
+    running.run(py, move |steps| {
         let (report, description) = options.answer(logs, &model, steps)?;
         Ok((serde_json::to_string(&report)?, description))
     })

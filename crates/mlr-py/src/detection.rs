@@ -9,7 +9,7 @@ use crate::{
     arguments::{Columns, Named},
     failure::blame,
     identification::method,
-    running::{Running, run},
+    running::Running,
 };
 
 #[derive(Debug, FromPyObject)]
@@ -28,7 +28,7 @@ pub(crate) fn detect(
     running: Running,
 ) -> PyResult<String> {
     let log = recording.copied();
-    run(py, running, move |_| {
+    running.run(py, move |_| {
         Ok(serde_json::to_string(&options.answer(log)?)?)
     })
 }

@@ -11,7 +11,7 @@ use pyo3::{FromPyObject, PyResult, Python, pyfunction};
 use crate::{
     arguments::{Columns, ModelFiles, Named, search, seed},
     failure::blame,
-    running::{Running, Steps, run},
+    running::{Running, Steps},
 };
 
 #[derive(Debug, FromPyObject)]
@@ -36,7 +36,7 @@ pub(crate) fn explain(
 ) -> PyResult<String> {
     let started = Instant::now();
     let log = recording.copied();
-    run(py, running, move |steps| {
+    running.run(py, move |steps| {
         let report = options.answer(log, &model, started, steps)?;
         Ok(serde_json::to_string(&report)?)
     })

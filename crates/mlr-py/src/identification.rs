@@ -12,7 +12,7 @@ use pyo3::{FromPyObject, PyResult, Python, pyfunction};
 use crate::{
     arguments::{Columns, ModelFiles, Named, count, named, search, seed},
     failure::blame,
-    running::{Running, Steps, run},
+    running::{Running, Steps},
 };
 
 #[derive(Debug, FromPyObject)]
@@ -41,7 +41,7 @@ pub(crate) fn identify(
 ) -> PyResult<String> {
     let started = Instant::now();
     let logs: Vec<Named> = recordings.into_iter().map(Columns::copied).collect();
-    run(py, running, move |steps| {
+    running.run(py, move |steps| {
         let report = options.answer(logs, &model, started, steps)?;
         Ok(serde_json::to_string(&report)?)
     })

@@ -11,7 +11,7 @@ use pyo3::{
     types::{PyDict, PyDictMethods},
 };
 
-use crate::running::{Running, run};
+use crate::running::Running;
 
 #[derive(Debug, FromPyObject)]
 #[pyo3(from_item_all)]
@@ -30,7 +30,7 @@ pub(crate) fn read_log<'py>(
     running: Running,
 ) -> PyResult<Bound<'py, PyDict>> {
     let log = path.display().to_string();
-    let recording = run(py, running, move |_| options.read(path))?;
+    let recording = running.run(py, move |_| options.read(path))?;
     let columns = PyDict::new(py);
     columns.set_item(
         "t",

@@ -78,65 +78,67 @@ pub(crate) struct Running {
     progress: Option<Py<PyAny>>,
 }
 
-/// Computes on threads of its own and waits without holding the interpreter.
-///
-/// A signal handler or a `progress` that raises ends the wait at once. The computation itself ends at its
-/// next step; it holds nothing of Python's.
-pub(crate) fn run<T: Send + 'static>(
-    py: Python<'_>,
-    running: Running,
-    compute: impl FnOnce(&Steps) -> anyhow::Result<T> + Send + 'static,
-) -> PyResult<T> {
-    let threads = threads(running.threads).map_err(|error| exception(&error.into()))?;
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-    let steps = Arc::new(Steps::default());
-    let (sender, mut receiver) = mpsc::channel();
-    let of_the_computation = Arc::clone(&steps);
-    pool.spawn(move || {
-        let result = catch_unwind(AssertUnwindSafe(|| compute(&of_the_computation)));
-        // Nobody receives what was given up.
-        let _ = sender.send(result);
-    });
-    let mut told = None;
-    loop {
-        let (received, same) = py.detach(move || (receiver.recv_timeout(POLL), receiver));
-        receiver = same;
-        match received {
-            Ok(Ok(result)) => return result.map_err(|error| exception(&error)),
-            Ok(Err(panic)) => resume_unwind(panic as Box<dyn Any + Send>),
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(PyRuntimeError::new_err("the computation has disappeared"));
-            }
-            Err(RecvTimeoutError::Timeout) => {
-                let heard = py.check_signals();
-                let heard = heard.and_then(|()| tell(py, &running, &steps, &mut told));
-                if let Err(raised) = heard {
-                    steps.is_given_up.store(true, Ordering::Relaxed);
-                    return Err(raised);
+impl Running {
+    /// Computes on threads of its own and waits without holding the interpreter.
+    ///
+    /// A signal handler or a `progress` that raises ends the wait at once. The computation itself ends at its
+    /// next step; it holds nothing of Python's.
+    pub(crate) fn run<T: Send + 'static>(
+        self,
+        py: Python<'_>,
+        compute: impl FnOnce(&Steps) -> anyhow::Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let threads = threads(self.threads).map_err(|error| exception(&error.into()))?;
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        let steps = Arc::new(Steps::default());
+        let (sender, mut receiver) = mpsc::channel();
+        let of_the_computation = Arc::clone(&steps);
+        pool.spawn(move || {
+            let result = catch_unwind(AssertUnwindSafe(|| compute(&of_the_computation)));
+            // Nobody receives what was given up.
+            let _ = sender.send(result);
+        });
+        let mut told = None;
+        loop {
+            let (received, same) = py.detach(move || (receiver.recv_timeout(POLL), receiver));
+            receiver = same;
+            match received {
+                Ok(Ok(result)) => return result.map_err(|error| exception(&error)),
+                Ok(Err(panic)) => resume_unwind(panic as Box<dyn Any + Send>),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(PyRuntimeError::new_err("the computation has disappeared"));
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    let heard = py.check_signals();
+                    let heard = heard.and_then(|()| self.tell(py, &steps, &mut told));
+                    if let Err(raised) = heard {
+                        steps.is_given_up.store(true, Ordering::Relaxed);
+                        return Err(raised);
+                    }
                 }
             }
         }
     }
-}
 
-/// Tells how far a computation is, where that is asked for and has changed.
-fn tell(
-    py: Python<'_>,
-    running: &Running,
-    steps: &Steps,
-    told: &mut Option<(usize, usize)>,
-) -> PyResult<()> {
-    let Some(progress) = &running.progress else {
-        return Ok(());
-    };
-    let done = steps.done.load(Ordering::Relaxed);
-    let now = (done, steps.expected.load(Ordering::Relaxed).max(done));
-    if now.1 > 0 && *told != Some(now) {
-        *told = Some(now);
-        progress.bind(py).call1(now)?;
+    /// Tells how far a computation is, where that is asked for and has changed.
+    fn tell(
+        &self,
+        py: Python<'_>,
+        steps: &Steps,
+        told: &mut Option<(usize, usize)>,
+    ) -> PyResult<()> {
+        let Some(progress) = &self.progress else {
+            return Ok(());
+        };
+        let done = steps.done.load(Ordering::Relaxed);
+        let now = (done, steps.expected.load(Ordering::Relaxed).max(done));
+        if now.1 > 0 && *told != Some(now) {
+            *told = Some(now);
+            progress.bind(py).call1(now)?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// A number of threads as rayon takes it: zero is one per core.

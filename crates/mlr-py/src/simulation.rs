@@ -10,7 +10,7 @@ use pyo3::{Bound, FromPyObject, PyResult, Python, pyfunction};
 
 use crate::{
     arguments::{ModelFiles, named, seed},
-    running::{Running, run},
+    running::Running,
 };
 
 #[derive(Debug, FromPyObject)]
@@ -44,7 +44,7 @@ pub(crate) fn simulate<'py>(
     model: ModelFiles,
     running: Running,
 ) -> PyResult<Simulated<'py>> {
-    let (report, log) = run(py, running, move |_| {
+    let (report, log) = running.run(py, move |_| {
         let (report, log) = options.log(&model)?;
         Ok((serde_json::to_string(&report)?, log))
     })?;
