@@ -41,7 +41,7 @@ print(f"walks from {detection['motion_start_s']:.2f} s on, damage flagged at {de
 answer = mlr.identify(**recording, lost_links="absent", progress=lambda done, of: print(f"\r{done}/{of}", end=""))
 print(f"\rdamaged legs: {answer['damaged_legs']}, with a probability of {answer['legs_probability']:.1%}")
 for leg, probability in enumerate(answer["leg_damage_probability"], start=1):
-    print(f"  leg {leg}: {probability:7.2%} {'#' * round(30 * probability)}")
+    print(f"  leg {leg}: {probability:7.2%} {'#' * round(30 * probability)}".rstrip())
 
 # %% [markdown]
 # ## The model beside the robot
