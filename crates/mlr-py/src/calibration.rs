@@ -1,6 +1,9 @@
 //! `mlr.calibrate`.
 
-use std::{io::Write, path::PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 
 use anyhow::Context;
 use mlr_ga::{
@@ -65,11 +68,15 @@ impl Options {
             .try_fold(described.robot.clone(), |robot, one| {
                 robot.measured(one, |parameter| make.of_make(parameter))
             })?;
-        let file = self.output.as_ref().map(|path| {
-            let reserved = NewFile::reserve(path);
-            reserved.with_context(|| path.display().to_string())
-        });
-        let file = file.transpose()?;
+        let output = || {
+            self.output
+                .as_deref()
+                .unwrap_or(Path::new(""))
+                .display()
+                .to_string()
+        };
+        let file = self.output.as_deref().map(NewFile::reserve);
+        let file = file.transpose().with_context(output)?;
         let names: Vec<String> = logs.iter().map(|log| log.log.clone()).collect();
         let recordings = logs
             .into_iter()
@@ -95,7 +102,8 @@ impl Options {
         let report = report.with_measured(&measured);
         let description = report.description(&described.text, &found.robot)?;
         if let Some(file) = file {
-            file.write(|file| file.write_all(description.as_bytes()))?;
+            let written = file.write(|file| file.write_all(description.as_bytes()));
+            written.with_context(output)?;
         }
         Ok((report, description))
     }

@@ -173,6 +173,18 @@ def test_arrays_that_are_no_recording(arrays: dict[str, Any], message: str) -> N
         mlr.detect(**{**whole, **arrays})
 
 
+def test_recordings_that_are_not_there(walk: Any, quick: Path) -> None:
+    with pytest.raises(mlr.BadInput, match="no log, expected at least one"):
+        mlr.identify_together([])
+    with pytest.raises(mlr.BadInput, match="recordings: none"):
+        mlr.calibrate([])
+    untimed: Any = {name: walk[name] for name in ("roll", "pitch", "yaw")}
+    with pytest.raises(mlr.BadInput, match="t: not given"):
+        mlr.identify_together([untimed])
+    with pytest.raises(mlr.BadInput, match="2 gaits for 1 logs"):
+        mlr.identify_together([walk], gait=["tripod", "tripod"], config=quick)
+
+
 def test_other_types_are_type_errors(walk: Any) -> None:
     others: tuple[dict[str, Any], ...] = ({"window_s": "long"}, {"robot": 3}, {"seed": 1.5})
     for other in others:

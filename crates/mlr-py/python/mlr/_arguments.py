@@ -35,6 +35,8 @@ def numbers(name: str, values: ArrayLike, columns: int | None = None) -> NDArray
 
 def columns(recording: Mapping[str, Any]) -> dict[str, Any]:
     """The samples of a recording."""
+    if recording.get("t") is None:
+        raise BadInput("t: not given, expected the time of each sample")
     angles = [name for name in ANGLES if recording.get(name) is not None]
     vectors = [name for name in VECTORS if recording.get(name) is not None]
     for given, names in ((angles, ANGLES), (vectors, VECTORS)):

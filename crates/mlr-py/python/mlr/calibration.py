@@ -7,6 +7,7 @@ from typing import cast
 from . import _mlr
 from ._arguments import Path, Progress, columns, paths, running
 from .answers import Calibration
+from .errors import BadInput
 from .logs import ReadRecording, Recording
 
 
@@ -66,6 +67,8 @@ def calibrate(
     CannotAnswer
         The recording cannot answer; the command line ends with exit status 1.
     """
+    if not recordings:
+        raise BadInput("recordings: none, expected at least one")
     options = {
         "healthy": healthy,
         "measured": list(measured),

@@ -86,7 +86,7 @@ def simulate(
     """
     if legs_lost is not None and morphology is not None:
         raise BadInput("legs_lost, morphology: expected one of them, not both")
-    legs = [legs_lost] if isinstance(legs_lost, int) else legs_lost
+    legs = [legs_lost] if isinstance(legs_lost, (int, np.integer)) else legs_lost
     options = {
         "legs_lost": None if legs is None else ",".join(str(leg) for leg in legs),
         "morphology": morphology if morphology is None else _vector(morphology),
