@@ -2,8 +2,8 @@
 //! (`python/mlr/`).
 //!
 //! Each takes what the package made of a caller's arguments, computes on threads of its own without the
-//! interpreter ([`running`]), and returns the JSON object that `mlr-ga … --json` prints. What goes
-//! wrong is said in the words of the command line ([`failure`]).
+//! interpreter (`running`), and returns the JSON object that `mlr-ga … --json` prints. What goes
+//! wrong is said in the words of the command line (`failure`).
 
 mod arguments;
 mod calibration;

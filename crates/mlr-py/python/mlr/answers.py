@@ -128,6 +128,27 @@ class StretchErrors(TypedDict):
     validation_deg: float
 
 
+class RemainingResidual(TypedDict):
+    """The most striking thing about what remains."""
+
+    # Its amplitude.
+    amplitude_deg: float | None
+    # Axis on which most remains, compared with what usually does.
+    axis: str
+    # Torque about that axis which would swing the free body so.
+    body_torque_nm: float | None
+    # What it looks like.
+    explains: str
+    # Frequency of the strongest oscillation there.
+    frequency_hz: float | None
+    # Whether it repeats with the gait.
+    locked_to_gait: bool
+    # Root mean square of what remains there without offset and trend.
+    remaining_deg: float
+    # What is usual there.
+    usual_deg: float
+
+
 class WalkCandidate(TypedDict):
     """An effect that was not added, and why."""
 
@@ -150,27 +171,6 @@ class StretchesS(TypedDict):
     fit: list[float]
     # What nothing has seen.
     validation: list[float]
-
-
-class RemainingResidual(TypedDict):
-    """The most striking thing about what remains."""
-
-    # Its amplitude.
-    amplitude_deg: float | None
-    # Axis on which most remains, compared with what usually does.
-    axis: str
-    # Torque about that axis which would swing the free body so.
-    body_torque_nm: float | None
-    # What it looks like.
-    explains: str
-    # Frequency of the strongest oscillation there.
-    frequency_hz: float | None
-    # Whether it repeats with the gait.
-    locked_to_gait: bool
-    # Root mean square of what remains there without offset and trend.
-    remaining_deg: float
-    # What is usual there.
-    usual_deg: float
 
 
 class _Finding(TypedDict):
@@ -214,15 +214,19 @@ class Rival(TypedDict):
 
 
 class Simulation(TypedDict):
-    """The JSON object about the log."""
+    """What is said about a simulated log: the object that other programs read."""
 
     # Numbered from 1.
     damaged_legs: list[int]
     # The file of joint angles, if one was asked for.
     joints: str | None
+    # The file of the log; empty where it went to none.
     log: str
+    # The robot that walked.
     morphology: Morphology
+    # Log time at which the walk starts.
     motion_start_s: float
+    # Samples of the log.
     samples: int
     schema: Literal["mlr.simulation/1"]
 
@@ -362,12 +366,13 @@ class Calibration(TypedDict):
 
 
 class Detection(TypedDict):
-    """The JSON object."""
+    """The answer with where it comes from: the object that other programs read."""
 
     # Log time at which damage was flagged first, if it was.
     damage_s: float | None
     # Whether damage was flagged.
     flagged: bool
+    # Where the recording came from: a file, or a port.
     log: str
     # Quality of the recording.
     log_quality: LogQuality
