@@ -112,8 +112,11 @@ def types():
             text += f"{comment(sentence(part), '')}{name}: TypeAlias = {type_of(part)}\n"
     objects = {name: part for name, part in parts.items() if "properties" in part} | answers
     # What others refer to comes before them.
-    needs = {name: {one for one in map(name_of, references(part)) if one in objects} for name, part in objects.items()}
-    for name in TopologicalSorter(dict(sorted(needs.items()))).static_order():
+    needs = {
+        name: sorted({one for one in map(name_of, references(part)) if one in objects})
+        for name, part in sorted(objects.items())
+    }
+    for name in TopologicalSorter(needs).static_order():
         text += "\n\n" + typed_dict(name, objects[name])
     return text
 

@@ -35,7 +35,7 @@ enum Source {
 impl Recording {
     /// Reads roll, pitch and yaw over time, and the six raw columns of accelerometer and
     /// gyroscope. Either may be missing. Where there are no angles, they are those of a quaternion,
-    /// or fused from the raw samples ([`RawSeries::fuse`]). Angles that jump by a turn at ±π or 2π
+    /// or fused from the raw samples ([`RawSeries::fuse`](crate::RawSeries::fuse)). Angles that jump by a turn at ±π or 2π
     /// are unwrapped. Other columns are ignored. Time stamps are taken as they are; dates count
     /// from the first.
     ///

@@ -115,19 +115,6 @@ class Course(TypedDict):
     morphology: Morphology
 
 
-class StretchErrors(TypedDict):
-    """Root mean square errors, degrees."""
-
-    # Roll, pitch, yaw on the fitted stretch.
-    fit_axes_deg: list[float]
-    # Over all axes, on the stretch that parameters were fitted on.
-    fit_deg: float
-    # Roll, pitch, yaw on the unseen stretch.
-    validation_axes_deg: list[float]
-    # Over all axes, on the stretch that they never saw.
-    validation_deg: float
-
-
 class RemainingResidual(TypedDict):
     """The most striking thing about what remains."""
 
@@ -149,6 +136,28 @@ class RemainingResidual(TypedDict):
     usual_deg: float
 
 
+class StretchErrors(TypedDict):
+    """Root mean square errors, degrees."""
+
+    # Roll, pitch, yaw on the fitted stretch.
+    fit_axes_deg: list[float]
+    # Over all axes, on the stretch that parameters were fitted on.
+    fit_deg: float
+    # Roll, pitch, yaw on the unseen stretch.
+    validation_axes_deg: list[float]
+    # Over all axes, on the stretch that they never saw.
+    validation_deg: float
+
+
+class StretchesS(TypedDict):
+    """Log times of stretches, from and to."""
+
+    # What hypotheses are judged and parameters fitted by.
+    fit: list[float]
+    # What nothing has seen.
+    validation: list[float]
+
+
 class WalkCandidate(TypedDict):
     """An effect that was not added, and why."""
 
@@ -162,15 +171,6 @@ class WalkCandidate(TypedDict):
     validation_deg: float | None
     # What was decided.
     verdict: str
-
-
-class StretchesS(TypedDict):
-    """Log times of stretches, from and to."""
-
-    # What hypotheses are judged and parameters fitted by.
-    fit: list[float]
-    # What nothing has seen.
-    validation: list[float]
 
 
 class _Finding(TypedDict):
