@@ -1,10 +1,15 @@
+use std::error::Error;
+
 use mlr_filter::{NoMotion, SampledTooSlowly, SettingError, WindowError};
 use mlr_imu::quality::Finding;
 use mlr_model::ModelError;
-use thiserror::Error;
+use mlr_residual::{SensorError, servo::ServoError};
+use thiserror::Error as ThisError;
+
+use crate::{CalibrateError, ExplainError, UnfitRobot};
 
 /// Why [`identify()`](crate::identify()) or [`detect`](crate::detect()) has no answer.
-#[derive(Debug, Error)]
+#[derive(Debug, ThisError)]
 pub enum AnswerError {
     /// The recording does not cover the window after the start of the walk.
     #[error(transparent)]
@@ -125,4 +130,18 @@ impl AnswerError {
                 | Self::SampledTooSlowly(_)
         )
     }
+}
+
+/// Whether an error of this crate, or of those that it builds on, says that what was recorded cannot
+/// answer: exit status 1 of the command line. Whatever else is wrong is wrong usage or unreadable input.
+pub fn says_log_cannot_answer(error: &(dyn Error + 'static)) -> bool {
+    fn is<E: Error + 'static>(error: &(dyn Error + 'static), faulty: fn(&E) -> bool) -> bool {
+        error.downcast_ref().is_some_and(faulty)
+    }
+    error.is::<UnfitRobot>()
+        || is(error, AnswerError::is_recordings_fault)
+        || is(error, ExplainError::is_recordings_fault)
+        || is(error, CalibrateError::is_recordings_fault)
+        || is(error, SensorError::is_recordings_fault)
+        || is(error, ServoError::is_recordings_fault)
 }

@@ -17,7 +17,7 @@ use thiserror::Error;
 
 use crate::{
     AnswerError, ExplainError, ExplainSettings, IdentifySettings, MeasuredWalk, Model,
-    explain::walk_record_up_to, identify,
+    evaluation::PartOf, explain::walk_record_up_to, identify,
 };
 
 /// A walk in which nothing should be wrong with the robot.
@@ -162,7 +162,7 @@ pub fn calibrate(
         let simulation = identify_settings.simulation.clone();
         let nominal = WalkModel::nominal(known.clone(), walk.gait.clone(), simulation);
         if check {
-            let found = identify(walk.recording, model, &of_the_stretch, progress);
+            let found = identify(walk.recording, model, &of_the_stretch, &PartOf(progress));
             let found = found.map_err(|error| at(error.into()))?;
             if !found.damaged_legs.is_empty() {
                 return Err(at(CalibrateError::Damaged {
@@ -178,7 +178,8 @@ pub fn calibrate(
             duration_s.min(WalkRecord::LONGEST_MOTION_S)
         });
         let record = record(looked_at_s.max(WalkRecord::LONGEST_WALK_S))?;
-        let fitted = calibrate_walk(&record, &nominal, explanation).map_err(|e| at(e.into()))?;
+        let fitted =
+            calibrate_walk(&record, &nominal, explanation, progress).map_err(|e| at(e.into()))?;
         if let Some(error) = unusual(&fitted).filter(|_| check) {
             return Err(at(error));
         }

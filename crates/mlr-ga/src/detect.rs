@@ -56,6 +56,33 @@ impl DetectionSettings {
     }
 }
 
+/// Version of the JSON form.
+const SCHEMA: &str = "mlr.detection/1";
+
+/// The answer with where it comes from: the object that other programs read.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DetectionReport {
+    #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
+    schema: &'static str,
+    /// Where the recording came from: a file, or a port.
+    pub log: String,
+    /// The answer.
+    #[serde(flatten)]
+    pub detection: Detection,
+}
+
+impl DetectionReport {
+    /// The report of a detection in a recording of this name.
+    pub fn new(log: String, detection: Detection) -> Self {
+        Self {
+            schema: SCHEMA,
+            log,
+            detection,
+        }
+    }
+}
+
 /// The answer. Serialises to the fields of `mlr.detection/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -44,6 +44,9 @@ pub struct CaseFit {
 }
 
 /// Receives the progress of a search.
+///
+/// Whoever wants to end a search early unwinds from here with [`std::panic::resume_unwind`], and
+/// catches that where the search was begun.
 pub trait Progress: Sync {
     /// At most this many candidates will be evaluated in all.
     fn expect(&self, candidates: usize);
@@ -58,6 +61,24 @@ impl Progress for () {
     fn expect(&self, _candidates: usize) {}
     fn expect_more(&self, _candidates: usize) {}
     fn advance(&self) {}
+}
+
+/// The progress of a search that is a part of something longer: what it expects is expected beside
+/// the rest.
+pub(crate) struct PartOf<'a, P>(pub(crate) &'a P);
+
+impl<P: Progress> Progress for PartOf<'_, P> {
+    fn expect(&self, candidates: usize) {
+        self.0.expect_more(candidates);
+    }
+
+    fn expect_more(&self, candidates: usize) {
+        self.0.expect_more(candidates);
+    }
+
+    fn advance(&self) {
+        self.0.advance();
+    }
 }
 
 /// Evaluates morphologies in parallel and remembers the results: no morphology
@@ -167,7 +188,10 @@ fn lost_links(morphology: &Morphology) -> usize {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::{
+        panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
+        sync::atomic::{AtomicUsize, Ordering},
+    };
 
     use mlr_model::LegLayout;
 
@@ -225,6 +249,51 @@ pub(crate) mod tests {
         assert_eq!(objective.calls.load(Ordering::Relaxed), all.len());
         assert_eq!(evaluations.len(), all.len());
         assert_eq!(evaluations.best().unwrap().0, &all[4]);
+    }
+
+    #[test]
+    fn a_progress_that_unwinds_ends_the_evaluation() {
+        struct Enough;
+        struct GiveUp(AtomicUsize);
+        impl Progress for GiveUp {
+            fn expect(&self, _: usize) {}
+            fn expect_more(&self, _: usize) {}
+            fn advance(&self) {
+                if self.0.fetch_add(1, Ordering::Relaxed) >= 3 {
+                    resume_unwind(Box::new(Enough));
+                }
+            }
+        }
+        let layout = LegLayout::new([3; 6]).unwrap();
+        let all: Vec<_> = layout.enumerate().collect();
+        let objective = Distance::to(all[4].clone());
+        let progress = GiveUp(AtomicUsize::new(0));
+        let unwound = catch_unwind(AssertUnwindSafe(|| {
+            Evaluations::new(&objective, &progress).evaluate(&all);
+        }));
+        assert!(unwound.unwrap_err().is::<Enough>());
+        // What other threads had begun was finished.
+        assert!(objective.calls.load(Ordering::Relaxed) < all.len());
+    }
+
+    #[test]
+    fn a_part_adds_to_what_is_expected_of_the_whole() {
+        #[derive(Default)]
+        struct Whole(AtomicUsize);
+        impl Progress for Whole {
+            fn expect(&self, candidates: usize) {
+                self.0.store(candidates, Ordering::Relaxed);
+            }
+            fn expect_more(&self, candidates: usize) {
+                self.0.fetch_add(candidates, Ordering::Relaxed);
+            }
+            fn advance(&self) {}
+        }
+        let whole = Whole::default();
+        whole.expect(4);
+        PartOf(&whole).expect(3);
+        PartOf(&whole).expect_more(2);
+        assert_eq!(whole.0.load(Ordering::Relaxed), 9);
     }
 
     #[test]

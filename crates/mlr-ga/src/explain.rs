@@ -20,7 +20,8 @@ use mlr_residual::{
 use thiserror::Error;
 
 use crate::{
-    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model, identify,
+    AnswerError, GaitPhase, Identification, IdentifySettings, MeasuredWalk, Method, Model,
+    evaluation::PartOf, identify,
 };
 
 /// Why a recording has no explanation.
@@ -128,7 +129,9 @@ pub fn explain_after(
     };
     // A stretch that the settings name is used as it is.
     let before = identify_settings.from_s.is_none();
-    let before = before.then(|| before_the_change(recording, &measured, model, &from_the_start));
+    let part = PartOf(progress);
+    let before =
+        before.then(|| before_the_change(recording, &measured, model, &from_the_start, &part));
     let before = before.flatten();
     let was_damaged =
         |found: &Identification| !found.damaged_legs.is_empty() && found.legs_probability > SURE;
@@ -169,7 +172,7 @@ pub fn explain_after(
     };
     // The record comes first: a recording without one needs no search.
     let record = record_from(told_start_s.unwrap_or(measured.window().start_s))?;
-    let identification = identify(recording, model, identify_settings, progress)?;
+    let identification = identify(recording, model, identify_settings, &part)?;
     // Where the log does not tell the phase of the gait, the robot as identified does.
     let record = match (told_start_s, identification.fit.gait_start_s) {
         (None, Some(found_s)) => record_from(found_s)?,
@@ -270,6 +273,7 @@ fn before_the_change(
     measured: &MeasuredWalk,
     model: Model<'_>,
     from_the_start: &IdentifySettings,
+    progress: &dyn crate::Progress,
 ) -> Option<Identification> {
     let GaitPhase::Elapsed { since_start_s } = measured.phase() else {
         return None;
@@ -278,7 +282,7 @@ fn before_the_change(
         window_s: since_start_s.min(from_the_start.window_s),
         ..from_the_start.clone()
     };
-    identify(recording, model, &before, &()).ok()
+    identify(recording, model, &before, progress).ok()
 }
 
 /// Log time at which the simulated walk starts: with the measured walk, or, where damage

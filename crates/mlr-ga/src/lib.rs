@@ -54,6 +54,7 @@ mod explain;
 pub mod genetic;
 mod identify;
 mod model;
+mod model_files;
 mod objective;
 mod paper_cost;
 mod probe;
@@ -62,9 +63,10 @@ mod recover;
 mod robot_check;
 pub mod scoring;
 mod shard;
+mod simulate;
 pub mod walks;
 
-pub use answer_error::AnswerError;
+pub use answer_error::{AnswerError, says_log_cannot_answer};
 pub use answer_json::{AnswerJsonError, Question, answer_of_json};
 pub use answered_robot::{AnsweredRobot, AnsweredRobotError};
 pub use calibrate::{
@@ -76,7 +78,7 @@ pub use configuration::{
     Configuration, ConfigurationError, LARGEST_SEED, checked_toml, most_threads,
 };
 pub use cost::{mean_error_deg, orientation_error_rad};
-pub use detect::{Detection, DetectionSettings, detect};
+pub use detect::{Detection, DetectionReport, DetectionSettings, detect};
 pub use diagnose::{
     DiagnosisMotion, DiagnosisReport, DiagnosisSegment, OpenEffect, OpenQuestion, OpenRobot,
     diagnosis_motion,
@@ -89,10 +91,14 @@ pub use explain::{
 };
 pub use identify::{
     Alternative, BestFit, ComparedSignals, Course, Frequency, GaitPhase, Identification,
-    IdentificationReport, IdentifiedLog, IdentifySettings, LogReport, MeasuredWalk, Method,
-    RecordedWalk, Search, Stretch, WalkOffsets, WalkStart, identify, identify_together,
+    IdentificationReport, IdentifiedLog, IdentifyOverrides, IdentifySettings, LogReport,
+    MeasuredWalk, Method, RecordedWalk, Search, Stretch, WalkOffsets, WalkStart, identify,
+    identify_together,
 };
 pub use model::Model;
+pub use model_files::{
+    DescribedRobot, ModelFileError, explanation_settings, gait_of_file, robot_of_file,
+};
 pub use objective::{Fit, LossHypothesis, Tried, WalkObjective};
 pub use paper_cost::{PaperCost, PaperFit};
 pub use probe::{
@@ -105,6 +111,7 @@ pub use recover::{
 };
 pub use robot_check::{RobotCheck, UnfitRobot, check_robot, stance_center_m, stance_joints_m};
 pub use shard::{Shard, ShardError};
+pub use simulate::{LogSimulation, SimulateError, SimulationReport};
 
 // What every use of this crate needs of the others.
 pub use mlr_imu::{Columns, Recording, read_log};

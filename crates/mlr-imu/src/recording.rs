@@ -1,3 +1,5 @@
+mod from_columns;
+
 use mlr_filter::{
     Axes, OrientationSeries, SeriesError, TimeStampFaults, increasing_times, unwrapped_rad,
 };

@@ -2,10 +2,12 @@
 
 mod build;
 mod file;
+mod of_logs;
 mod shard;
 
 pub use build::{AtlasPlan, build};
 pub use file::AtlasProblem;
+pub use of_logs::{AtlasesError, AtlasesOfLogs};
 pub use shard::{build_shard, merge};
 
 use std::{collections::BTreeMap, ops::ControlFlow, path::Path};

@@ -3,14 +3,9 @@
 use std::{num::NonZeroUsize, path::PathBuf, time::Instant};
 
 use clap::{Args, Subcommand};
-use mlr_ga::{Shard, atlas};
+use mlr_ga::{Configuration, Shard, atlas};
 
-use super::{
-    model_files::{self, ModelFiles},
-    output,
-    progress::Bar,
-    resume::this_build,
-};
+use super::{model_files::ModelFiles, output, progress::Bar, resume::this_build};
 
 #[derive(Debug, Args)]
 pub(super) struct AtlasOptions {
@@ -76,7 +71,7 @@ fn merge(options: &MergeOptions) -> anyhow::Result<()> {
 
 fn build(options: &BuildOptions) -> anyhow::Result<()> {
     let started = Instant::now();
-    let settings = model_files::configuration(options.config.as_deref(), None)?.identification;
+    let settings = Configuration::read(options.config.as_deref(), None)?.identification;
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
     output::refuse_stdout(&options.output)?;

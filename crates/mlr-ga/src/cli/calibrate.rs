@@ -11,7 +11,7 @@ use mlr_model::Measurement;
 
 use super::{
     log_file::{self, LogFiles},
-    model_files::{self, ModelOfLogs},
+    model_files::ModelOfLogs,
     output::{self, ResultFile},
     progress::Bar,
 };
@@ -49,7 +49,7 @@ pub(super) fn run(options: &CalibrateOptions) -> anyhow::Result<()> {
         explanation,
         mounting,
         ..
-    } = model_files::configuration(options.config.as_deref(), None)?;
+    } = Configuration::read(options.config.as_deref(), None)?;
     let paths = options.logs.paths();
     let (robot, text, gaits) = options.model.read(paths.len())?;
     let measured = options.measured.iter().map(|text| Measurement::parse(text));

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use mlr_filter::Axes;
-use mlr_ga::{ComparedSignals, Comparison, Model, compare};
+use mlr_ga::{ComparedSignals, Comparison, Configuration, Method, Model, compare};
 use mlr_model::Robot;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
     log_file::LogFile,
-    model_files::{self, MethodName, ModelFiles},
+    model_files::{MethodName, ModelFiles},
     morphology_choice::MorphologyChoice,
     output::{self, ResultFile},
     plot,
@@ -58,7 +58,8 @@ pub(super) struct Report<'a> {
 }
 
 pub(super) fn run(options: &CompareOptions) -> anyhow::Result<()> {
-    let configuration = model_files::configuration(options.config.as_deref(), options.method)?;
+    let configuration =
+        Configuration::read(options.config.as_deref(), options.method.map(Method::from))?;
     let (robot, gait) = options.model.read()?;
     let morphology = options.morphology.of(&robot.layout())?;
     let reserve = |path: &PathBuf| ResultFile::reserve(path);

@@ -4,19 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use mlr_ga::{Detection, DetectionSettings, detect};
-use schemars::JsonSchema;
-use serde::Serialize;
+use mlr_ga::{Configuration, DetectionReport, DetectionSettings, Method, detect};
 
 use super::{
     log_file::LogFile,
-    model_files::{self, MethodName},
+    model_files::MethodName,
     output::{self, ResultFile},
     plot,
 };
-
-/// Version of the JSON output.
-const SCHEMA: &str = "mlr.detection/1";
 
 #[derive(Debug, Args)]
 pub(super) struct DetectOptions {
@@ -37,18 +32,9 @@ pub(super) struct DetectOptions {
     config: Option<PathBuf>,
 }
 
-/// The JSON object.
-#[derive(Serialize, JsonSchema)]
-pub(super) struct Report<'a> {
-    #[schemars(extend("const" = SCHEMA))]
-    schema: &'static str,
-    log: &'a PathBuf,
-    #[serde(flatten)]
-    detection: &'a Detection,
-}
-
 pub(super) fn run(options: &DetectOptions) -> anyhow::Result<()> {
-    let configuration = model_files::configuration(options.config.as_deref(), options.method)?;
+    let configuration =
+        Configuration::read(options.config.as_deref(), options.method.map(Method::from))?;
     let settings = DetectionSettings::from(&configuration.identification);
     let picture = options.plot.as_deref();
     let picture = picture.map(ResultFile::reserve).transpose()?;
@@ -60,41 +46,35 @@ pub(super) fn run(options: &DetectOptions) -> anyhow::Result<()> {
     if let Some(file) = picture {
         file.write(&plot::detection(&detection, &recording.orientation)?)?;
     }
-    let report = Report {
-        schema: SCHEMA,
-        log: options.log.path(),
-        detection: &detection,
-    };
+    let report = DetectionReport::new(options.log.path().display().to_string(), detection);
     let text = if options.json {
         serde_json::to_string(&report).context("JSON")? + "\n"
     } else {
-        report.table()
+        table(&report)
     };
     output::result(&text)?;
     Ok(())
 }
 
-impl Report<'_> {
-    /// The answer for people.
-    fn table(&self) -> String {
-        let detection = self.detection;
-        let mut table = output::Table::default();
-        table.line("log", self.log.display());
-        match detection.motion_start_s {
-            Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
-            None => table.line("walk starts", "not in the log"),
-        }
-        match detection.damage_s {
-            Some(damage_s) => table.line("damage", format!("flagged at {damage_s:.2} s")),
-            None => table.line("damage", "none"),
-        }
-        table.line(
-            "fluctuation",
-            format!(
-                "up to {:.1}° (threshold {:.1}°)",
-                detection.max_fluctuation_deg, detection.threshold_deg
-            ),
-        );
-        table.into_text()
+/// The answer for people.
+fn table(report: &DetectionReport) -> String {
+    let detection = &report.detection;
+    let mut table = output::Table::default();
+    table.line("log", &report.log);
+    match detection.motion_start_s {
+        Some(start_s) => table.line("walk starts", format!("{start_s:.2} s")),
+        None => table.line("walk starts", "not in the log"),
     }
+    match detection.damage_s {
+        Some(damage_s) => table.line("damage", format!("flagged at {damage_s:.2} s")),
+        None => table.line("damage", "none"),
+    }
+    table.line(
+        "fluctuation",
+        format!(
+            "up to {:.1}° (threshold {:.1}°)",
+            detection.max_fluctuation_deg, detection.threshold_deg
+        ),
+    );
+    table.into_text()
 }

@@ -15,7 +15,7 @@ use serde_json::json;
 
 use super::{
     kept_results::{Job, KeptResults},
-    model_files::{self, MethodName},
+    model_files::MethodName,
     progress::Bar,
     resume::{LogIdentity, RunIdentity, checksum, checksum_of_file},
     scored::{EvaluationOptions, Outcome, Scored},
@@ -92,8 +92,8 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         identification,
         mounting,
         ..
-    } = model_files::configuration(options.config.as_deref(), options.method)?;
-    let mut settings = options.of.search.over(identification);
+    } = Configuration::read(options.config.as_deref(), options.method.map(Method::from))?;
+    let mut settings = options.of.search.overrides().over(identification)?;
     if let Some(window_s) = options.window_s {
         settings.window_s = window_s;
     }

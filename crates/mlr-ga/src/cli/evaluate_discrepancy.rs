@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use mlr_ga::{
-    EvidenceSettings, IdentifySettings, MeasuredWalk, Model,
+    EvidenceSettings, IdentifySettings, MeasuredWalk, Model, explanation_settings,
     scoring::{EffectsTruth, read_effects_truths},
     walk_record,
 };
@@ -17,7 +17,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
-    model_files::{self, ModelFiles, OwnRobots},
+    model_files::{ModelFiles, OwnRobots},
     output::{self, ResultFile},
     progress::Bar,
 };
@@ -60,7 +60,7 @@ struct Walk {
 }
 
 pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
-    let settings = model_files::explanation(options.explanation.as_deref())?.unwrap_or_default();
+    let settings = explanation_settings(options.explanation.as_deref())?.unwrap_or_default();
     let (robot, gait) = options.model.read()?;
     let file = options.output.as_deref();
     let file = file.map(ResultFile::reserve).transpose()?;

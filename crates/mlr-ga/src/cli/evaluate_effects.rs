@@ -7,7 +7,7 @@ use std::{
 
 use clap::Args;
 use mlr_ga::{
-    ExplainSettings, IdentifySettings, Model, Progress, WalkStart, explain,
+    ExplainSettings, IdentifySettings, Model, Progress, WalkStart, explain, explanation_settings,
     scoring::{
         EffectsScore, EffectsTotal, EffectsTruth, Origin, UnansweredLog, read_effects_truths,
     },
@@ -21,7 +21,6 @@ use serde_json::{Value, json};
 use super::{
     effects_tables::tables,
     kept_results::{Job, KeptResults},
-    model_files,
     progress::Bar,
     resume::{LogIdentity, RunIdentity, checksum, checksum_of_file},
     scored::EvaluationOptions,
@@ -83,8 +82,9 @@ struct EffectsJob {
 }
 
 pub(super) fn run(options: &EvaluateEffectsOptions) -> anyhow::Result<()> {
-    let identify = options.of.search.over(IdentifySettings::default());
-    let explanation = model_files::explanation(options.explanation.as_deref())?.unwrap_or_default();
+    let identify = options.of.search.overrides();
+    let identify = identify.over(IdentifySettings::default())?;
+    let explanation = explanation_settings(options.explanation.as_deref())?.unwrap_or_default();
     let (robot, gait) = options.of.model.read()?;
     let atlas = options.of.open_atlas(&robot, &gait, &identify)?;
     let model = Model::new(&robot, &gait).with_atlas(atlas.as_ref());

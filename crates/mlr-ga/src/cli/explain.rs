@@ -5,8 +5,8 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::{
-    Configuration, ExplainSettings, ExplanationReport, Model, WalkStart, earlier_effects_of_json,
-    explain_after,
+    Configuration, ExplainSettings, ExplanationReport, IdentifyOverrides, Model,
+    earlier_effects_of_json, explain_after, explanation_settings,
 };
 use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::Robot;
@@ -14,7 +14,7 @@ use mlr_residual::walk::{StretchErrors, TracedEffect};
 
 use super::{
     log_file::LogFile,
-    model_files::{self, AtlasFile, ModelFiles},
+    model_files::{AtlasFile, ModelFiles},
     output::{self, ResultFile},
     progress::Bar,
     search_options::SearchOptions,
@@ -63,15 +63,14 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
         explanation,
         mounting,
         ..
-    } = model_files::configuration(options.config.as_deref(), None)?;
-    let mut settings = options.search.over(identification);
-    if let Some(start_s) = options.start_s {
-        settings.walk_start = WalkStart::CommandedAtS(start_s);
-    }
-    let checked = settings.check();
-    checked.map_err(|error| error.as_option(&[("walk_start.commanded_at_s", "--start-s")]))?;
-    let explanation =
-        model_files::explanation(options.explanation.as_deref())?.unwrap_or(explanation);
+    } = Configuration::read(options.config.as_deref(), None)?;
+    let overrides = IdentifyOverrides {
+        start_s: options.start_s,
+        ..options.search.overrides()
+    };
+    let settings = overrides.over(identification);
+    let settings = settings.map_err(|error| error.as_option(&[("start_s", "--start-s")]))?;
+    let explanation = explanation_settings(options.explanation.as_deref())?.unwrap_or(explanation);
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
     let earlier = options.after.as_deref().map(|path| {

@@ -2,9 +2,6 @@
 
 use std::{io, process::ExitCode};
 
-use mlr_ga::{AnswerError, CalibrateError, ExplainError, UnfitRobot};
-use mlr_residual::{SensorError, servo::ServoError};
-
 /// The log was read and cannot answer.
 const CANNOT_ANSWER: u8 = 1;
 /// Wrong usage or unreadable input; clap uses the same for wrong arguments.
@@ -24,24 +21,7 @@ pub(super) fn exit_status(result: anyhow::Result<()>) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     super::output::error(&error);
-    let cannot_answer = error.chain().any(|cause| {
-        cause.is::<UnfitRobot>()
-            || cause
-                .downcast_ref::<AnswerError>()
-                .is_some_and(AnswerError::is_recordings_fault)
-            || cause
-                .downcast_ref::<ExplainError>()
-                .is_some_and(ExplainError::is_recordings_fault)
-            || cause
-                .downcast_ref::<CalibrateError>()
-                .is_some_and(CalibrateError::is_recordings_fault)
-            || cause
-                .downcast_ref::<SensorError>()
-                .is_some_and(SensorError::is_recordings_fault)
-            || cause
-                .downcast_ref::<ServoError>()
-                .is_some_and(ServoError::is_recordings_fault)
-    });
+    let cannot_answer = error.chain().any(mlr_ga::says_log_cannot_answer);
     ExitCode::from(if cannot_answer {
         CANNOT_ANSWER
     } else {

@@ -8,7 +8,8 @@ use std::{
 use clap::{Args, ValueEnum};
 use mlr_filter::SettingError;
 use mlr_ga::{
-    Configuration, IdentificationReport, IdentifySettings, LossHypothesis, identify_together,
+    Configuration, IdentificationReport, IdentifyOverrides, IdentifySettings, LossHypothesis,
+    Method, identify_together,
 };
 use mlr_imu::{Mounting, Recording};
 use mlr_model::{Gait, Robot};
@@ -16,7 +17,7 @@ use mlr_model::{Gait, Robot};
 use super::{
     atlas_files::AtlasFiles,
     log_file::LogFiles,
-    model_files::{self, MethodName, ModelOfLogs},
+    model_files::{MethodName, ModelOfLogs},
     output,
     progress::Bar,
     search_options::SearchOptions,
@@ -88,7 +89,7 @@ impl IdentificationOptions {
             identification,
             mounting,
             ..
-        } = model_files::configuration(self.config.as_deref(), self.method)?;
+        } = Configuration::read(self.config.as_deref(), self.method.map(Method::from))?;
         let settings = self.settings(identification)?;
         let (robot, _, gaits) = self.model.read(self.logs.paths().len())?;
         settings.check_on(&robot)?;
@@ -155,30 +156,31 @@ impl IdentificationOptions {
 
     /// The settings of the file, which were checked, with the options in their place.
     fn settings(&self, settings: IdentifySettings) -> Result<IdentifySettings, SettingError> {
-        let mut settings = self.search.over(settings);
-        if let Some(window_s) = self.window_s {
-            settings.window_s = window_s;
-        }
-        settings.from_s = self.from_s.or(settings.from_s);
-        settings.genetic.repeats = self.repeats.unwrap_or(settings.genetic.repeats);
-        if let Some(friction) = self.friction {
-            settings.simulation.contact.friction = friction;
-        }
-        if let Some(lost_links) = self.lost_links {
-            settings.lost_links = match lost_links {
-                LossName::Absent => LossHypothesis::Absent,
-                LossName::Locked => LossHypothesis::Locked,
-                LossName::Either => LossHypothesis::Either,
-            };
-        }
-        let checked = settings.check().map_err(|error| {
+        let overrides = IdentifyOverrides {
+            repeats: self.repeats,
+            window_s: self.window_s,
+            from_s: self.from_s,
+            lost_links: self.lost_links.map(LossHypothesis::from),
+            friction: self.friction,
+            ..self.search.overrides()
+        };
+        overrides.over(settings).map_err(|error| {
             error.as_option(&[
                 ("window_s", "--window-s"),
                 ("from_s", "--from-s"),
-                ("genetic.repeats", "--repeats"),
-                ("simulation.contact.friction", "--friction"),
+                ("repeats", "--repeats"),
+                ("friction", "--friction"),
             ])
-        });
-        checked.map(|()| settings)
+        })
+    }
+}
+
+impl From<LossName> for LossHypothesis {
+    fn from(name: LossName) -> Self {
+        match name {
+            LossName::Absent => Self::Absent,
+            LossName::Locked => Self::Locked,
+            LossName::Either => Self::Either,
+        }
     }
 }

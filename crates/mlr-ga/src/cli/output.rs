@@ -14,6 +14,7 @@ use anstream::AutoStream;
 use anstyle::{AnsiColor, Style};
 use anyhow::{Context, bail};
 use log::{Level, LevelFilter, Log, Metadata, Record};
+use mlr_filter::SettingError;
 use mlr_imu::{NewFile, of_a_screen, printable};
 
 /// How a label looks.
@@ -105,6 +106,14 @@ pub(super) fn outlive_file_size_limits() -> io::Result<()> {
 #[cfg(not(unix))]
 pub(super) fn outlive_file_size_limits() -> io::Result<()> {
     Ok(())
+}
+
+/// The error of a setting that an option of its name sets, as in `--walk-s` for `walk_s`.
+pub(super) fn under_its_option(error: SettingError) -> SettingError {
+    SettingError {
+        name: format!("--{}", error.name.replace('_', "-")),
+        ..error
+    }
 }
 
 /// Prints a finished result on stdout, all at once.

@@ -14,7 +14,7 @@ use mlr_recover::{Diagnosis, WhatIsLeft};
 
 use super::{
     log_file::{ReadOptions, blame_if},
-    model_files::{self, ModelFiles},
+    model_files::ModelFiles,
     morphology_choice::MorphologyChoice,
     output::{self, ResultFile},
     progress::Bar,
@@ -69,7 +69,7 @@ pub(super) fn run(options: &RecoverOptions) -> anyhow::Result<()> {
         mounting,
         recovery,
         ..
-    } = model_files::configuration(options.config.as_deref(), None)?;
+    } = Configuration::read(options.config.as_deref(), None)?;
     let (robot, gait) = options.model.read()?;
     let file = ResultFile::reserve(&options.output)?;
     let joints_file = options.joints.as_deref().map(ResultFile::reserve);

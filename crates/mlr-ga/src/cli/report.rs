@@ -10,7 +10,7 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use mlr_ga::{
     BestFit, Comparison, Detection, DetectionSettings, IdentifySettings, Model, Question,
-    answer_of_json, compare, compare_fit, detect,
+    answer_of_json, compare, compare_fit, detect, gait_of_file,
 };
 use mlr_imu::{MAX_TEXT_BYTES, Recording, printable, read_text};
 use mlr_model::Robot;
@@ -25,7 +25,6 @@ use serde::{Deserialize, Serialize};
 use super::{
     identification::{Asked, IdentificationOptions},
     log_file,
-    model_files::gait_of,
     output::{self, ResultFile, file_name},
     plot,
 };
@@ -275,7 +274,7 @@ impl ReportOptions {
             return Ok(None);
         };
         let name = || path.display().to_string();
-        let gait = gait_of(path)?;
+        let gait = gait_of_file(path)?;
         let footfalls = Footfalls::of(robot, &gait, &found.morphology).with_context(name)?;
         let no_cycle = "the motion ends, expected a gait that repeats itself, as recover writes it";
         Ok(Some(footfalls.context(no_cycle).with_context(name)?))

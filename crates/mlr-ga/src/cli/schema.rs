@@ -3,14 +3,15 @@
 use clap::{Args, builder::PossibleValuesParser};
 use mlr_exchange::ExportedJson;
 use mlr_ga::{
-    CalibrationReport, Configuration, DiagnosisReport, ExplanationReport, IdentificationReport,
-    IdentifySettings, Method, ProbeReport, RecoveryReport, RobotCheck, documented_toml,
+    CalibrationReport, Configuration, DetectionReport, DiagnosisReport, ExplanationReport,
+    IdentificationReport, IdentifySettings, Method, ProbeReport, RecoveryReport, RobotCheck,
+    SimulationReport, documented_toml,
 };
 use schemars::{JsonSchema, Schema, generate::SchemaSettings};
 
 use super::{
-    compare, convert, detect, evaluate, evaluate_discrepancy, evaluate_effects, explain_sensor,
-    explain_servo, export, import, model_files::MethodName, output, report, simulate,
+    compare, convert, evaluate, evaluate_discrepancy, evaluate_effects, explain_sensor,
+    explain_servo, export, import, model_files::MethodName, output, report,
 };
 
 /// A schema by its name.
@@ -52,7 +53,7 @@ const SCHEMAS: &[Named] = &[
         text: || of::<Configuration>(CONFIG, SchemaSettings::for_deserialize),
     },
     printed!("conversion", convert::Report<'static>),
-    printed!("detection", detect::Report<'static>),
+    printed!("detection", DetectionReport),
     printed!("diagnosis", DiagnosisReport),
     printed!("discrepancy", evaluate_discrepancy::Report),
     printed!("effects-evaluation", evaluate_effects::Report),
@@ -71,7 +72,7 @@ const SCHEMAS: &[Named] = &[
     printed!("sensor-explanation", explain_sensor::Report<'static>),
     printed!("sensor-transfer", explain_sensor::TransferReport<'static>),
     printed!("servo-explanation", explain_servo::Report<'static>),
-    printed!("simulation", simulate::Report<'static>),
+    printed!("simulation", SimulationReport),
 ];
 
 const CONFIG: &str = "config";

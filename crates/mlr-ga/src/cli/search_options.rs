@@ -1,7 +1,7 @@
 //! How the morphologies are searched.
 
 use clap::{Args, ValueEnum};
-use mlr_ga::{IdentifySettings, LARGEST_SEED, Search};
+use mlr_ga::{IdentifyOverrides, LARGEST_SEED, Search};
 
 /// The options of every command that identifies a robot.
 #[derive(Debug, Args)]
@@ -26,12 +26,12 @@ enum SearchName {
 }
 
 impl SearchOptions {
-    /// The settings with the options in their place.
-    pub(super) fn over(&self, settings: IdentifySettings) -> IdentifySettings {
-        IdentifySettings {
-            search: self.search.map(Search::from).or(settings.search),
-            seed: self.seed,
-            ..settings
+    /// What the options put in place of settings.
+    pub(super) fn overrides(&self) -> IdentifyOverrides {
+        IdentifyOverrides {
+            search: self.search.map(Search::from),
+            seed: Some(self.seed),
+            ..IdentifyOverrides::default()
         }
     }
 }

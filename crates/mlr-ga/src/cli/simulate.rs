@@ -1,42 +1,18 @@
 //! `mlr-ga simulate`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
-use mlr_filter::{OrientationSeries, SettingError};
-use mlr_ga::LARGEST_SEED;
+use mlr_ga::{LARGEST_SEED, LogSimulation, SimulateError, SimulationReport};
 use mlr_imu::{write_log, write_log_to};
-use mlr_model::{
-    GroundContact, JointTrajectory, ModelError, Morphology, Outcome, Robot, Roughness,
-    SimulationSettings, Simulator, Terrain,
-};
-use schemars::JsonSchema;
-use serde::Serialize;
+use mlr_model::{GroundContact, JointTrajectory};
 
 use super::{
     model_files::ModelFiles,
     morphology_choice::{LossName, MorphologyChoice},
-    output::{self, ResultFile},
+    output::{self, ResultFile, under_its_option},
 };
-
-/// Version of the JSON output.
-const SCHEMA: &str = "mlr.simulation/1";
-
-/// The JSON object about the log.
-#[derive(Serialize, JsonSchema)]
-pub(super) struct Report<'a> {
-    #[schemars(extend("const" = SCHEMA))]
-    schema: &'static str,
-    log: &'a Path,
-    /// The file of joint angles, if one was asked for.
-    joints: Option<&'a Path>,
-    morphology: &'a Morphology,
-    /// Numbered from 1.
-    damaged_legs: Vec<usize>,
-    samples: usize,
-    motion_start_s: f64,
-}
 
 #[derive(Debug, Args)]
 pub(super) struct SimulateOptions {
@@ -128,40 +104,27 @@ pub(super) struct SimulateOptions {
     model: ModelFiles,
 }
 
-/// Distance between the grid points of the rubble.
-const RUBBLE_SPACING_M: f64 = 0.05;
-
 pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
-    let settings = options.settings()?;
+    let simulation = options.simulation();
+    simulation.check().map_err(under_its_option)?;
     let (robot, gait) = options.model.read()?;
-    let robot = options.with_gears(robot)?;
+    let robot = simulation.robot(robot)?;
     let morphology = options.morphology.of(&robot.layout())?;
     let joints = match &options.joints {
         Some(path) => {
             let file = ResultFile::reserve(path)?;
-            let joints = JointTrajectory::commanded(&robot, &gait, settings.duration_s)
+            let joints = JointTrajectory::commanded(&robot, &gait, simulation.walk_s)
                 .and_then(|joints| joints.to_csv(&robot))
                 .with_context(|| path.display().to_string())?;
             Some((file, joints))
         }
         None => None,
     };
-    let simulator = Simulator::new(robot.clone(), &gait, settings)?;
-    let orientation = match simulator.simulate(&morphology) {
-        Outcome::Walked(trajectory) => trajectory.orientation,
-        Outcome::Diverged { at_s } => bail!(
-            "the simulation of {morphology} diverged at {at_s:.3} s; a shorter --time-step-s may help"
-        ),
-    };
-    // Log time starts with the recording, gait time with the walk, by the robot's own clock.
-    let orientation = robot.imu().on(&orientation);
-    let times_s = orientation
-        .times_s()
-        .iter()
-        .map(|gait_time_s| gait_time_s.min(0.0) + gait_time_s.max(0.0) * robot.clock())
-        .map(|time_s| time_s + options.stand_s)
-        .collect();
-    let log = OrientationSeries::new(times_s, orientation.angles_rad().clone())?;
+    let log = simulation.log(&robot, &gait, &morphology);
+    let log = log.map_err(|error| match error {
+        SimulateError::Setting(error) => under_its_option(error).into(),
+        error => error,
+    })?;
     let to_stdout = options.output.as_os_str() == output::STDOUT;
     if !to_stdout {
         write_log(&options.output, &log)?;
@@ -174,78 +137,42 @@ pub(super) fn run(options: &SimulateOptions) -> anyhow::Result<()> {
         write_log_to(&mut text, &log)?;
         return Ok(output::result(&String::from_utf8(text)?)?);
     }
-    output::result(&options.report(&morphology, log.len())?)?;
-    Ok(())
+    let mut report = SimulationReport::new(&simulation, &morphology, &log);
+    report.log = options.output.display().to_string();
+    let joints = options.joints.as_ref();
+    report.joints = joints.map(|path| path.display().to_string());
+    let text = match options.json {
+        true => serde_json::to_string(&report)? + "\n",
+        false => sentence(&report),
+    };
+    Ok(output::result(&text)?)
+}
+
+/// The report for people.
+fn sentence(report: &SimulationReport) -> String {
+    format!(
+        "{}: {} samples, {}, walking from {} s on\n",
+        report.log,
+        report.samples,
+        report.morphology.describe(),
+        report.motion_start_s
+    )
 }
 
 impl SimulateOptions {
-    fn report(&self, morphology: &Morphology, samples: usize) -> serde_json::Result<String> {
-        if self.json {
-            let report = Report {
-                schema: SCHEMA,
-                log: &self.output,
-                joints: self.joints.as_deref(),
-                morphology,
-                damaged_legs: morphology.damaged_legs(),
-                samples,
-                motion_start_s: self.stand_s,
-            };
-            Ok(serde_json::to_string(&report)? + "\n")
-        } else {
-            Ok(format!(
-                "{}: {samples} samples, {}, walking from {} s on\n",
-                self.output.display(),
-                morphology.describe(),
-                self.stand_s
-            ))
-        }
-    }
-
-    /// The robot with friction and play in its joints.
-    fn with_gears(&self, robot: Robot) -> Result<Robot, ModelError> {
-        let (friction_nm, backlash_rad) = (self.joint_friction_nm, self.backlash_rad);
-        SettingError::check("--joint-friction-nm", friction_nm, 0.0..=1e6, "N m")?;
-        SettingError::check("--backlash-rad", backlash_rad, 0.0..=1.0, "rad")?;
-        let mut servo = *robot.servo();
-        servo.drive.coulomb_nm += friction_nm;
-        servo.drive.backlash_rad += backlash_rad;
-        robot.with_servo(servo)
-    }
-
-    fn settings(&self) -> Result<SimulationSettings, SettingError> {
-        // The only two options in another unit than the setting.
-        let steepest_deg = Terrain::STEEPEST_DEG;
-        SettingError::check("--slope-deg", self.slope_deg, 0.0..=steepest_deg, "degrees")?;
-        SettingError::check("--uphill-deg", self.uphill_deg, -360.0..=360.0, "degrees")?;
-        let settings = SimulationSettings {
-            duration_s: self.walk_s,
-            stand_s: self.stand_s,
-            time_step_s: self.time_step_s,
+    fn simulation(&self) -> LogSimulation {
+        LogSimulation {
             lost_links: self.lost_links.into(),
-            contact: GroundContact {
-                friction: self.friction,
-                ..Default::default()
-            },
-            terrain: Terrain {
-                slope_rad: self.slope_deg.to_radians(),
-                uphill_rad: self.uphill_deg.to_radians(),
-                roughness: self.rubble_m.map(|height_m| Roughness {
-                    height_m,
-                    spacing_m: RUBBLE_SPACING_M,
-                    seed: self.seed,
-                }),
-            },
-            ..Default::default()
-        };
-        let checked = settings.check().map_err(|error| {
-            error.as_option(&[
-                ("duration_s", "--walk-s"),
-                ("stand_s", "--stand-s"),
-                ("time_step_s", "--time-step-s"),
-                ("contact.friction", "--friction"),
-                ("terrain.roughness.height_m", "--rubble-m"),
-            ])
-        });
-        checked.map(|()| settings)
+            stand_s: self.stand_s,
+            walk_s: self.walk_s,
+            time_step_s: self.time_step_s,
+            friction: self.friction,
+            joint_friction_nm: self.joint_friction_nm,
+            backlash_rad: self.backlash_rad,
+            slope_deg: self.slope_deg,
+            uphill_deg: self.uphill_deg,
+            rubble_m: self.rubble_m,
+            seed: self.seed,
+        }
     }
 }

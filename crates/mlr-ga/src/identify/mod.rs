@@ -8,6 +8,7 @@ mod leading;
 mod log_answer;
 mod measured_walk;
 mod model_walks;
+mod overrides;
 mod report;
 mod searched;
 mod settings;
@@ -17,6 +18,7 @@ pub use answer::{Alternative, BestFit, ComparedSignals, Course, Frequency, Ident
 pub use gait_phase::{GaitPhase, WalkOffsets};
 pub use log_answer::IdentifiedLog;
 pub use measured_walk::{MeasuredWalk, Stretch};
+pub use overrides::IdentifyOverrides;
 pub use report::{IdentificationReport, LogReport};
 pub use settings::{IdentifySettings, Method, Search};
 pub use walk_start::WalkStart;

@@ -17,7 +17,7 @@ pub(super) fn wrong_norm(elements: [f64; 4]) -> Option<f64> {
 }
 
 /// Roll, pitch and yaw in rad of the rotations w, x, y, z from body to world,
-/// R = Rz(yaw) Ry(pitch) Rx(roll), unwrapped.
+/// R = Rz(yaw) Ry(pitch) Rx(roll), each kept within a turn.
 pub(super) fn of_quaternions([w, x, y, z]: [Vec<f64>; 4]) -> Axes<Vec<f64>> {
     let mut angles = Axes::from_fn(|_| Vec::with_capacity(w.len()));
     let vectors = x.into_iter().zip(y).zip(z);
@@ -28,13 +28,13 @@ pub(super) fn of_quaternions([w, x, y, z]: [Vec<f64>; 4]) -> Axes<Vec<f64>> {
         angles.pitch.push(pitch);
         angles.yaw.push(yaw);
     }
-    unwrapped(angles)
+    angles
 }
 
 /// Angles without the jumps of a turn that come from keeping them within -π to π or 0 to 2π.
 /// An axis that is not kept within a turn stays as it is: it is unwrapped already, or not in
 /// radians.
-pub(super) fn unwrapped(mut angles_rad: Axes<Vec<f64>>) -> Axes<Vec<f64>> {
+pub(crate) fn unwrapped(mut angles_rad: Axes<Vec<f64>>) -> Axes<Vec<f64>> {
     let Axes { roll, pitch, yaw } = &mut angles_rad;
     for angles in [roll, pitch, yaw] {
         if is_kept_within_a_turn(angles) {

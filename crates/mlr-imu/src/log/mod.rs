@@ -20,6 +20,7 @@ mod text_rows;
 mod time_stamp;
 mod write;
 
+pub(crate) use angles::unwrapped;
 pub use columns::{ColumnError, Columns, Correction};
 pub use error::{LogError, LogProblem, Place, Position};
 pub use limits::LogLimits;

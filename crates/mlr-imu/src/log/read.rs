@@ -2,17 +2,13 @@
 
 use std::{io::Read, path::Path};
 
-use mlr_filter::{Axes, OrientationSeries};
-use nalgebra::Vector3;
+use mlr_filter::Axes;
 
 use super::{
     Columns, LogColumn, LogError, LogLimits, LogProblem, LogTable, angles, columns::Column,
     excerpt::shortened, suggestion,
 };
-use crate::{OrientationSource, RawSeries, Recording};
-
-/// Share of the rows that may lack raw samples beside an orientation.
-const MAX_MISSING_RAW_SHARE: f64 = 0.01;
+use crate::Recording;
 
 /// Reads a log file within the default [`LogLimits`]: see [`Recording::from_table`].
 ///
@@ -39,7 +35,7 @@ enum Source {
 impl Recording {
     /// Reads roll, pitch and yaw over time, and the six raw columns of accelerometer and
     /// gyroscope. Either may be missing. Where there are no angles, they are those of a quaternion,
-    /// or fused from the raw samples ([`RawSeries::fuse`]). Angles that jump by a turn at ±π or 2π
+    /// or fused from the raw samples ([`RawSeries::fuse`](crate::RawSeries::fuse)). Angles that jump by a turn at ±π or 2π
     /// are unwrapped. Other columns are ignored. Time stamps are taken as they are; dates count
     /// from the first.
     ///
@@ -91,35 +87,19 @@ impl Recording {
         let angles_rad = match source {
             Source::Angles => {
                 let (roll, pitch, yaw) = (next(), next(), next());
-                angles::unwrapped(Axes { roll, pitch, yaw })
+                Some(Axes { roll, pitch, yaw })
             }
-            Source::Quaternion => angles::of_quaternions([next(), next(), next(), next()]),
-            Source::RawSamples => {
-                let raw = raw_series(times_s, [(); 6].map(|()| next()));
-                return Ok(Self {
-                    orientation: raw.clone().fuse()?,
-                    raw: Some(raw),
-                    source: OrientationSource::Fused,
-                    columns: columns.clone(),
-                    in_body_axes,
-                    notes,
-                });
-            }
+            Source::Quaternion => Some(angles::of_quaternions([next(), next(), next(), next()])),
+            Source::RawSamples => None,
         };
-        let raw = if has_raw_beside {
-            let (samples, note) = without_gaps([(); 6].map(|()| next()));
-            notes.extend(note);
-            samples.map(|samples| raw_series(times_s.clone(), samples))
-        } else {
-            None
-        };
+        let raw = has_raw.then(|| [(); 6].map(|()| next()));
+        let recording = Self::from_columns(times_s, angles_rad, raw)?;
+        notes.extend(recording.notes);
         Ok(Self {
-            orientation: OrientationSeries::new(times_s, angles_rad)?,
-            raw,
-            source: OrientationSource::Recorded,
             columns: columns.clone(),
             in_body_axes,
             notes,
+            ..recording
         })
     }
 }
@@ -195,60 +175,12 @@ fn with_hint(problem: LogProblem, columns: &Columns, names: &[String]) -> LogPro
     }
 }
 
-fn raw_series(times_s: Vec<f64>, [ax, ay, az, gx, gy, gz]: [Vec<f64>; 6]) -> RawSeries {
-    RawSeries {
-        times_s,
-        accelerations_mps2: vectors(ax, ay, az),
-        angular_rates_radps: vectors(gx, gy, gz),
-    }
-}
-
-fn vectors(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Vec<Vector3<f64>> {
-    let yz = y.into_iter().zip(z);
-    x.into_iter()
-        .zip(yz)
-        .map(|(x, (y, z))| Vector3::new(x, y, z))
-        .collect()
-}
-
-/// Columns in which a number that is missing is the one before it; `None` if too many are. The
-/// note tells of either.
-fn without_gaps(mut columns: [Vec<f64>; 6]) -> (Option<[Vec<f64>; 6]>, Option<String>) {
-    let rows = columns[0].len();
-    let is_missing = |row: &usize| {
-        columns
-            .iter()
-            .any(|c| c.get(*row).is_none_or(|x| x.is_nan()))
-    };
-    let missing = (0..rows).filter(is_missing).count();
-    if missing == 0 {
-        return (Some(columns), None);
-    }
-    let note = format!("{missing} of {rows} rows have no raw samples");
-    if missing as f64 > MAX_MISSING_RAW_SHARE * rows as f64 {
-        return (None, Some(format!("{note}; none are used")));
-    }
-    for column in &mut columns {
-        let first = column.iter().copied().find(|x| x.is_finite());
-        let mut before = first.unwrap_or_default();
-        for value in column {
-            if value.is_nan() {
-                *value = before;
-            }
-            before = *value;
-        }
-    }
-    (
-        Some(columns),
-        Some(format!("{note}; those before them are taken")),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use std::io::Write;
 
     use flate2::{Compression, write::GzEncoder};
+    use mlr_filter::OrientationSeries;
 
     use super::*;
 

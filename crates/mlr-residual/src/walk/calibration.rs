@@ -13,7 +13,7 @@ use super::{
     search::base::{Base, Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
-use crate::statistics::chi_square_tail;
+use crate::{Progress, statistics::chi_square_tail};
 
 /// What a healthy walk tells of its robot.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,10 @@ pub struct CalibratedRobot {
     pub error_after: StretchErrors,
 }
 
+/// The steps of a calibration: on the first stretch and on all of the walk, to where the model's
+/// sensitivities settle, and from there on.
+const STEPS: usize = 4;
+
 /// Fits the robot's own parameters to a walk in which it lacks nothing, and what belongs to the day
 /// with them. What is known of the robot already is the prior; several walks tell more one after the
 /// other.
@@ -46,8 +50,10 @@ pub fn calibrate_walk(
     record: &WalkRecord,
     nominal: &WalkModel,
     settings: &EvidenceSettings,
+    progress: &dyn Progress,
 ) -> Result<CalibratedRobot, WalkError> {
     settings.check()?;
+    progress.expect_more(STEPS);
     let morphology = Morphology::healthy(&nominal.robot.layout());
     let observation = Observation::new(record, &settings.discrepancy, nominal.gait.period_s);
     let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
@@ -59,8 +65,10 @@ pub fn calibrate_walk(
     let base = Base::new(setting, &morphology, LostLinks::Absent, 0.0, None)
         .and_then(Base::settled)
         .ok_or(WalkError::Diverged)?;
+    progress.advance();
     let walker = base.with(Vec::new());
     let fit = base.fit(&walker);
+    progress.advance();
     let mut described = walker.described(&[]);
     // Time has no zero: the start of the walk is part of the comparison.
     described[0] = fit.walked.z[0];
@@ -80,8 +88,10 @@ pub fn calibrate_walk(
     };
     let found = base.reference.z.clone();
     let base = base.continued(setting, found).ok_or(WalkError::Diverged)?;
+    progress.advance();
     let walker = base.with(Vec::new());
     let fit = base.fit(&walker);
+    progress.advance();
     let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
     Ok(CalibratedRobot {
         robot: posterior.applied_to(&nominal.robot)?,

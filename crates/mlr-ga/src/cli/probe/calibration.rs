@@ -5,7 +5,7 @@ use mlr_ga::{Configuration, ProbeReport, ProbeSettings, calibration_motion};
 use mlr_model::Gait;
 
 use super::{
-    super::{model_files, output, progress::Bar},
+    super::{output, progress::Bar},
     ProbeOptions, segment,
 };
 
@@ -15,7 +15,7 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
         identification,
         explanation,
         ..
-    } = model_files::configuration(options.config.as_deref(), None)?;
+    } = Configuration::read(options.config.as_deref(), None)?;
     let (robot, _, gaits) = options.model.read(1)?;
     let gait = gaits.into_iter().next().unwrap_or_else(Gait::tripod);
     if gait.feet().is_none() {

@@ -2,20 +2,20 @@
 
 use anyhow::Context;
 use mlr_ga::{
-    DiagnosisReport, IdentifySettings, OpenQuestion, OpenRobot, ProbeSettings, diagnosis_motion,
-    identify_together,
+    Configuration, DiagnosisReport, IdentifySettings, OpenQuestion, OpenRobot, ProbeSettings,
+    diagnosis_motion, identify_together,
 };
 use mlr_imu::{MAX_TEXT_BYTES, Mounting, read_text};
 use mlr_model::{Gait, Robot};
 
 use super::{
-    super::{log_file::LogFiles, model_files, output, progress::Bar},
+    super::{log_file::LogFiles, output, progress::Bar},
     ProbeOptions, segment,
 };
 
 /// The motion that tells most about what the logs leave open.
 pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Result<()> {
-    let configuration = model_files::configuration(options.config.as_deref(), None)?;
+    let configuration = Configuration::read(options.config.as_deref(), None)?;
     let identification = IdentifySettings {
         seed: options.seed,
         ..configuration.identification
