@@ -105,7 +105,7 @@ fn a_slope_is_told_from_a_tilted_sensor_by_a_turn() {
     );
     let answer =
         json!({"schema": "mlr.explanation/1", "morphology": whole, "alternatives": [slope, tilt]});
-    let answer = folder.write("explanation.json", &answer.to_string());
+    let answer = folder.write("explanation.json", answer.to_string());
     let motion = folder.path("probe.toml");
     let arguments = [
         "probe",
@@ -127,7 +127,7 @@ fn a_slope_is_told_from_a_tilted_sensor_by_a_turn() {
     // An identification knows of no effects.
     let other = folder.write(
         "identification.json",
-        &json!({"schema": "mlr.identification/1", "morphology": whole}).to_string(),
+        json!({"schema": "mlr.identification/1", "morphology": whole}).to_string(),
     );
     let again = folder.path("again.toml");
     for command in [
