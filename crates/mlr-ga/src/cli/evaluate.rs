@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use mlr_ga::{
-    Configuration, IdentifySettings, Method, Model, Progress, Search, identify,
+    Configuration, IdentifyOverrides, IdentifySettings, Method, Model, Progress, Search, identify,
     scoring::{LogScore, TotalScore, Truth, read_truths},
 };
 use mlr_imu::{Columns, Recording, read_log};
@@ -93,12 +93,12 @@ pub(super) fn run(options: &EvaluateOptions) -> anyhow::Result<()> {
         mounting,
         ..
     } = Configuration::read(options.config.as_deref(), options.method.map(Method::from))?;
-    let mut settings = options.of.search.overrides().over(identification)?;
-    if let Some(window_s) = options.window_s {
-        settings.window_s = window_s;
-    }
-    let checked = settings.check();
-    checked.map_err(|error| error.as_option(&[("window_s", "--window-s")]))?;
+    let overrides = IdentifyOverrides {
+        window_s: options.window_s,
+        ..options.of.search.overrides()
+    };
+    let settings = overrides.over(identification);
+    let settings = settings.map_err(|error| error.as_option(&[("window_s", "--window-s")]))?;
     let (robot, gait) = options.of.model.read()?;
     settings.check_on(&robot)?;
     let atlas = options.of.open_atlas(&robot, &gait, &settings)?;
