@@ -43,8 +43,8 @@ pub struct OutputQueue<E> {
     dropped: Dropped,
 }
 
-/// What an expendable entry counts for among the bytes: more than a `status` takes.
-const EXPENDABLE_BYTES: usize = 1024;
+/// What an expendable entry counts for among the bytes: about what a `status` takes.
+const EXPENDABLE_BYTES: usize = 512;
 
 impl<E> OutputQueue<E> {
     /// An empty queue.
