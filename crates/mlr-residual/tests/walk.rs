@@ -56,6 +56,7 @@ fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation 
     let mut settings = EvidenceSettings::default();
     // Single effects on one robot: less has to be tried.
     (settings.effort.most_effects, settings.effort.entrants) = (1, 12);
+    (settings.effort.bases, settings.effort.screened) = (1, 1);
     let known = Beforehand {
         ln_morphology: &|_| 0.0,
         effects: None,

@@ -35,14 +35,14 @@ fn every_run_has_110_candidates_and_the_most_frequent_result_answers() {
         "--method",
         "paper",
         "--repeats",
-        "3",
+        "2",
     ];
     let answer = json(&folder, &identify);
     assert_eq!(answer["method"], "paper");
     assert_eq!(answer["search"], "ga");
-    assert_eq!(answer["evaluations"], 3 * 110);
+    assert_eq!(answer["evaluations"], 2 * 110);
     let runs = answer["runs"].as_array().unwrap();
-    assert_eq!(runs.len(), 3);
+    assert_eq!(runs.len(), 2);
     for run in runs {
         let costs = run["cost_per_generation"].as_array().unwrap();
         assert_eq!(costs.len(), 1 + 20, "nothing follows the last generation");
@@ -53,7 +53,7 @@ fn every_run_has_110_candidates_and_the_most_frequent_result_answers() {
             .iter()
             .filter(|run| run["morphology"] == *morphology)
             .count();
-        count as f64 / 3.0
+        count as f64 / 2.0
     };
     let probability = answer["probability"].as_f64().unwrap();
     assert!((probability - ended_so(&answer["morphology"])).abs() < 1e-9);
