@@ -11,9 +11,8 @@ fn explained(name: &str) -> WalkExplanation {
     let recording = recording(name);
     assert!(recording.raw_beside_angles().is_some());
     let mut explanation = EvidenceSettings::default();
-    // On the likeliest robot alone and one effect at a time, for time: both are sure to have all legs.
+    // On the likeliest robot alone, for time: both are sure to have all legs.
     (explanation.effort.bases, explanation.effort.screened) = (1, 1);
-    explanation.effort.most_effects = 1;
     let how = ExplainSettings {
         identify: &settings(),
         explanation: &explanation,
