@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use mlr_model::{LostLinks, Morphology, Robot};
-use mlr_residual::walk::Reported;
+use mlr_residual::walk::{LOCKED_LINKS, Reported};
 use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 use thiserror::Error;
@@ -50,6 +50,14 @@ pub(crate) struct AlternativeJson {
 pub(crate) struct EffectJson {
     pub(crate) kind: String,
     pub(crate) parameters: BTreeMap<String, Reported>,
+}
+
+impl AlternativeJson {
+    /// Its effects but for lost links that hang on, which `locked_links` says.
+    pub(crate) fn other_effects(self) -> impl Iterator<Item = EffectJson> {
+        let effects = self.effects.into_iter();
+        effects.filter(|effect| effect.kind != LOCKED_LINKS)
+    }
 }
 
 /// The question that an answer is to.

@@ -2,13 +2,11 @@
 
 use std::{path::PathBuf, time::Instant};
 
-use anyhow::Context;
 use clap::Args;
 use mlr_ga::{
     Configuration, ExplainSettings, ExplanationReport, IdentifyOverrides, Model,
     earlier_effects_of_json, explain_after, explanation_settings,
 };
-use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::Robot;
 use mlr_residual::walk::{StretchErrors, TracedEffect};
 
@@ -17,6 +15,7 @@ use super::{
     model_files::{AtlasFile, ModelFiles},
     output::{self, ResultFile},
     progress::Bar,
+    saved_answer::saved_answer,
     search_options::SearchOptions,
 };
 
@@ -73,11 +72,10 @@ pub(super) fn run(options: &ExplainOptions) -> anyhow::Result<()> {
     let explanation = explanation_settings(options.explanation.as_deref())?.unwrap_or(explanation);
     let (robot, gait) = options.model.read()?;
     settings.check_on(&robot)?;
-    let earlier = options.after.as_deref().map(|path| {
-        let name = || path.display().to_string();
-        let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
-        earlier_effects_of_json(&text, &robot).with_context(name)
-    });
+    let earlier = options
+        .after
+        .as_deref()
+        .map(|path| saved_answer(path, |text| earlier_effects_of_json(text, &robot)));
     let earlier = earlier.transpose()?;
     let file = options.output.as_deref();
     let file = file.map(ResultFile::reserve).transpose()?;

@@ -32,6 +32,7 @@ mod report;
 mod resume;
 mod robot;
 mod robot_drawing;
+mod saved_answer;
 mod schema;
 mod scored;
 mod search_options;

@@ -8,7 +8,7 @@ use mlr_ga::{
     Configuration, IdentifySettings, LARGEST_SEED, Model, RecoveryOf, RecoveryReport,
     ReportedOutlook, diagnosis_of_identification, diagnosis_of_json, identify, recovery_gait,
 };
-use mlr_imu::{MAX_TEXT_BYTES, Mounting, read_text};
+use mlr_imu::Mounting;
 use mlr_model::{Fault, Gait, Motion, Robot};
 use mlr_recover::{Diagnosis, WhatIsLeft};
 
@@ -18,6 +18,7 @@ use super::{
     morphology_choice::MorphologyChoice,
     output::{self, ResultFile},
     progress::Bar,
+    saved_answer::saved_answer,
 };
 
 #[derive(Debug, Args)]
@@ -118,9 +119,7 @@ impl RecoverOptions {
             return Ok(Diagnosis::certain(left));
         };
         if log.extension().is_some_and(|extension| extension == ANSWER) {
-            let name = || log.display().to_string();
-            let text = read_text(log, MAX_TEXT_BYTES).with_context(name)?;
-            return diagnosis_of_json(robot, &text).with_context(name);
+            return saved_answer(log, |text| diagnosis_of_json(robot, text));
         }
         let settings = IdentifySettings {
             seed: self.seed,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use mlr_model::{LostLinks, Morphology, Robot};
-use mlr_residual::walk::{LOCKED_LINKS, Reported};
+use mlr_residual::walk::Reported;
 use serde::Serialize;
 
 use crate::{
@@ -157,15 +157,17 @@ impl OpenQuestion {
 
 impl From<AlternativeJson> for OpenRobot {
     fn from(found: AlternativeJson) -> Self {
-        let effects = found.effects.into_iter().map(|effect| OpenEffect {
-            kind: effect.kind,
-            parameters: effect.parameters,
-        });
         Self {
-            morphology: found.morphology,
+            morphology: found.morphology.clone(),
             probability: found.probability,
             locked_probability: f64::from(u8::from(found.locked_links)),
-            effects: effects.filter(|one| one.kind != LOCKED_LINKS).collect(),
+            effects: found
+                .other_effects()
+                .map(|effect| OpenEffect {
+                    kind: effect.kind,
+                    parameters: effect.parameters,
+                })
+                .collect(),
         }
     }
 }

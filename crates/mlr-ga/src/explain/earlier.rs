@@ -1,7 +1,7 @@
 //! An explanation of another log of the same robot.
 
 use mlr_model::Robot;
-use mlr_residual::walk::{EarlierEffects, LOCKED_LINKS};
+use mlr_residual::walk::EarlierEffects;
 
 use crate::answer_json::{AnswerJson, AnswerJsonError, Question, answer_of_json};
 
@@ -15,10 +15,9 @@ pub fn earlier_effects_of_json(
 ) -> Result<EarlierEffects, AnswerJsonError> {
     let answer: AnswerJson = answer_of_json(text, robot, Question::Explanation)?;
     let hypotheses = answer.alternatives.into_iter().map(|one| {
-        let kinds = one.effects.into_iter().map(|effect| effect.kind);
-        // Lost links that hang on are no effect among others.
-        let kinds = kinds.filter(|kind| kind != LOCKED_LINKS);
-        (kinds.collect(), one.probability)
+        let probability = one.probability;
+        let kinds = one.other_effects().map(|effect| effect.kind);
+        (kinds.collect(), probability)
     });
     Ok(EarlierEffects::new(hypotheses))
 }

@@ -1,15 +1,14 @@
 //! `mlr-ga probe LOG` and `mlr-ga probe --explanation FILE`.
 
-use anyhow::Context;
 use mlr_ga::{
     Configuration, DiagnosisReport, IdentifySettings, OpenQuestion, OpenRobot, ProbeSettings,
     diagnosis_motion, identify_together,
 };
-use mlr_imu::{MAX_TEXT_BYTES, Mounting, read_text};
+use mlr_imu::Mounting;
 use mlr_model::{Gait, Robot};
 
 use super::{
-    super::{log_file::LogFiles, output, progress::Bar},
+    super::{log_file::LogFiles, output, progress::Bar, saved_answer::saved_answer},
     ProbeOptions, segment,
 };
 
@@ -27,11 +26,7 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
     let stance = stance.cloned().unwrap_or_else(Gait::tripod);
     let files = options.files()?;
     let question = match &options.explanation {
-        Some(path) => {
-            let name = || path.display().to_string();
-            let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
-            OpenQuestion::of_explanation(&text, &robot).with_context(name)?
-        }
+        Some(path) => saved_answer(path, |text| OpenQuestion::of_explanation(text, &robot))?,
         None => of_the_logs(
             options,
             &robot,
