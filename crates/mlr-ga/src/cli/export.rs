@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, ValueEnum};
 use mlr_exchange::{ExportedRobot, Format};
 use mlr_ga::AnsweredRobot;
-use mlr_imu::{MAX_TEXT_BYTES, read_text};
 use mlr_model::{Fault, Gait, LostLinks, Morphology, Payload, SimulationSettings};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -15,6 +14,7 @@ use super::{
     model_files::ModelFiles,
     morphology_choice::{LossName, MorphologyChoice},
     output::{self, ResultFile},
+    saved_answer::saved_answer,
 };
 
 /// Version of the JSON output.
@@ -94,11 +94,7 @@ pub(super) fn run(options: &ExportOptions) -> anyhow::Result<()> {
         Format::Urdf | Format::Json => (options.model.robot()?, Gait::tripod()),
     };
     let answered = match &options.answer {
-        Some(path) => {
-            let name = || path.display().to_string();
-            let text = read_text(path, MAX_TEXT_BYTES).with_context(name)?;
-            AnsweredRobot::from_json(&text, &described).with_context(name)?
-        }
+        Some(path) => saved_answer(path, |text| AnsweredRobot::from_json(text, &described))?,
         None => AnsweredRobot {
             morphology: options.morphology.of(&described.layout())?,
             robot: described,

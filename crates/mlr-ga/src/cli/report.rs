@@ -9,10 +9,10 @@ use std::{
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use mlr_ga::{
-    BestFit, Comparison, Detection, DetectionSettings, IdentifySettings, Model, Question,
-    answer_of_json, compare, compare_fit, detect, gait_of_file,
+    AnswerJsonError, BestFit, Comparison, Detection, DetectionSettings, IdentifySettings, Model,
+    Question, answer_of_json, compare, compare_fit, detect, gait_of_file,
 };
-use mlr_imu::{MAX_TEXT_BYTES, Recording, printable, read_text};
+use mlr_imu::{Recording, printable};
 use mlr_model::Robot;
 use mlr_report::{
     Manifest, Report, Walk,
@@ -27,6 +27,7 @@ use super::{
     log_file,
     output::{self, ResultFile, file_name},
     plot,
+    saved_answer::saved_answer,
 };
 
 /// Version of the JSON output.
@@ -104,25 +105,24 @@ pub(super) fn run(options: &ReportOptions) -> anyhow::Result<()> {
     if let Some(folder) = &options.plots {
         require_empty(folder)?;
     }
-    let answer = options.answer.as_deref().map(read_answer).transpose()?;
+    let read = |text: &str| -> Result<(Identification, Fits), AnswerJsonError> {
+        let question = Question::Identification;
+        let found = answer_of_json(text, &asked.robot, question)?;
+        Ok((found, answer_of_json(text, &asked.robot, question)?))
+    };
+    let saved = options.answer.as_deref();
+    let saved = saved.map(|path| saved_answer(path, read)).transpose()?;
     let explanation = options.explanation(&asked.robot)?;
     let recordings = options.identification.recordings(&asked)?;
-    let (name, text) = match (&options.answer, answer) {
-        (Some(path), Some(text)) => (path.display().to_string(), text),
-        _ => {
-            let found = options
-                .identification
-                .answer(&asked, &recordings, started)?;
-            ("the identification".into(), serde_json::to_string(&found)?)
+    let (found, fits) = match saved {
+        Some(answer) => answer,
+        None => {
+            let asking = &options.identification;
+            let answer = asking.answer(&asked, &recordings, started)?;
+            read(&serde_json::to_string(&answer)?)?
         }
     };
-    let read = || -> Result<(Identification, Fits), mlr_ga::AnswerJsonError> {
-        let question = Question::Identification;
-        let found = answer_of_json(&text, &asked.robot, question)?;
-        Ok((found, answer_of_json(&text, &asked.robot, question)?))
-    };
-    let (found, fits) = read().with_context(|| name.clone())?;
-    let compared = options.compared(&asked, &recordings, &found, &fits, &name)?;
+    let compared = options.compared(&asked, &recordings, &found, &fits)?;
     let detections = options.detections(&asked.settings, &recordings);
     let footfalls = options.footfalls(&asked.robot, &found)?;
     let walks = compared.into_iter().zip(&detections).enumerate();
@@ -182,9 +182,9 @@ impl ReportOptions {
         let Some(path) = &self.explanation else {
             return Ok(None);
         };
-        let text = read_answer(path)?;
-        let mut found: Explanation = answer_of_json(&text, robot, Question::Explanation)
-            .with_context(|| path.display().to_string())?;
+        let question = Question::Explanation;
+        let mut found: Explanation =
+            saved_answer(path, |text| answer_of_json(text, robot, question))?;
         // The same log may have moved; another one should not pass unnoticed.
         let logs = self.identification.logs().names();
         if !logs
@@ -205,8 +205,11 @@ impl ReportOptions {
         recordings: &[Recording],
         found: &Identification,
         fits: &Fits,
-        answer: &str,
     ) -> anyhow::Result<Vec<Comparison>> {
+        let answer = match &self.answer {
+            Some(path) => path.display().to_string(),
+            None => "the identification".into(),
+        };
         let several: Vec<&BestFit> = fits.logs.iter().map(|log| &log.fit).collect();
         let fits = if several.is_empty() {
             vec![&fits.fit]
@@ -336,10 +339,6 @@ fn signals(
 /// The last part of a path, without what is invisible or turns the direction of writing.
 fn shown(path: &Path) -> String {
     printable(&file_name(&path.display().to_string()))
-}
-
-fn read_answer(path: &Path) -> anyhow::Result<String> {
-    read_text(path, MAX_TEXT_BYTES).with_context(|| path.display().to_string())
 }
 
 /// Plots go where nothing can be overwritten.
