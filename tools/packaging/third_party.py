@@ -34,12 +34,11 @@ def compiled_in(target):
 def main():
     target = sys.argv[1]
     wanted = compiled_in(target)
-    packages = json.loads(cargo("metadata", "--locked", "--format-version", "1", "--filter-platform", target))["packages"]
+    metadata = json.loads(cargo("metadata", "--locked", "--format-version", "1", "--filter-platform", target))
     texts = {}
     print("Crates that mlr-ga and mlrd contain, with their licences.\n")
-    for package in sorted(packages, key=lambda package: package["name"]):
-        own = package["source"] is None
-        if own or (package["name"], package["version"]) not in wanted:
+    for package in sorted(metadata["packages"], key=lambda package: package["name"]):
+        if package["id"] in metadata["workspace_members"] or (package["name"], package["version"]) not in wanted:
             continue
         folder = pathlib.Path(package["manifest_path"]).parent
         # Sorted, and each text once: hundreds of crates share the Apache licence.
