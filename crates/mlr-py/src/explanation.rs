@@ -2,9 +2,10 @@
 
 use std::{path::PathBuf, time::Instant};
 
+use anyhow::Context;
 use mlr_ga::{
     Configuration, DescribedRobot, ExplainSettings, ExplanationReport, IdentifyOverrides, Model,
-    atlas::Atlas, explain as explain_recording, explanation_settings,
+    atlas::Atlas, earlier_effects_of_json, explain_after, explanation_settings,
 };
 use pyo3::{FromPyObject, PyResult, Python, pyfunction};
 
@@ -23,6 +24,8 @@ pub(crate) struct Options {
     atlas: Option<PathBuf>,
     config: Option<PathBuf>,
     explanation: Option<PathBuf>,
+    /// What was found in an earlier recording, as JSON.
+    after: Option<String>,
 }
 
 /// The answer of `mlr-ga explain --json`.
@@ -69,6 +72,9 @@ impl Options {
         let robot = &described.robot;
         let gait = described.gait(model.gait.first().map(PathBuf::as_path))?;
         settings.check_on(robot)?;
+        let earlier = self.after.as_deref();
+        let earlier = earlier.map(|text| earlier_effects_of_json(text, robot));
+        let earlier = earlier.transpose().context("after")?;
         let name = log.log.clone();
         let recording = log.recording(&mounting)?;
         let atlas = self.atlas.as_ref();
@@ -79,7 +85,7 @@ impl Options {
             identify: &settings,
             explanation: &explanation,
         };
-        let explained = explain_recording(&recording, model, how, steps);
+        let explained = explain_after(earlier.as_ref(), &recording, model, how, steps);
         let explained = explained.map_err(|error| blame(error, Some(&name)))?;
         let (seed, elapsed) = (settings.seed, started.elapsed());
         Ok(ExplanationReport::of(name, seed, explained, elapsed))

@@ -1,6 +1,7 @@
 """The wheel answers what the command line answers, bit for bit."""
 
 import gzip
+import json
 from pathlib import Path
 from typing import Any
 
@@ -108,11 +109,18 @@ def test_a_detection(logs: Path, answer_of: Answers) -> None:
     assert ours["flagged"]
 
 
-def test_an_explanation(quick: Path, short_log: Path, walk: mlr.ReadRecording, answer_of: Answers) -> None:
+def test_an_explanation(
+    tmp_path: Path, quick: Path, short_log: Path, walk: mlr.ReadRecording, answer_of: Answers
+) -> None:
     theirs = answer_of("explain", short_log, "--config", quick, "--start-s", "1.0")
     ours = mlr.explain(**walk, config=quick, start_s=1.0)
     assert without(ours, "elapsed_s") == without(theirs, "elapsed_s")
     assert ours["error_after"]["fit_deg"] > 0.0
+    earlier = tmp_path / "earlier.json"
+    earlier.write_text(json.dumps(theirs))
+    theirs = answer_of("explain", short_log, "--config", quick, "--start-s", "1.0", "--after", earlier)
+    ours = mlr.explain(**walk, config=quick, start_s=1.0, after=ours)
+    assert without(ours, "elapsed_s") == without(theirs, "elapsed_s")
 
 
 def test_a_calibration(

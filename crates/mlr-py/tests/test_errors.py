@@ -113,6 +113,12 @@ def test_names_and_whole_numbers(options: dict[str, Any], message: str, walk: An
     assert str(raised.value) == message
 
 
+def test_an_earlier_answer_to_something_else(walk: Any, quick: Path) -> None:
+    identification: Any = mlr.identify(**walk, config=quick)
+    with pytest.raises(mlr.BadInput, match="^after: "):
+        mlr.explain(**walk, config=quick, after=identification)
+
+
 def test_a_simulation_that_makes_no_sense(tmp_path: Path, mlr_ga: CommandLine) -> None:
     options: tuple[tuple[str, Any], ...] = (
         ("walk_s", -1.0),

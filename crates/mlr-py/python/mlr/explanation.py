@@ -27,6 +27,7 @@ def explain(
     atlas: Path | None = None,
     config: Path | None = None,
     explanation: Path | None = None,
+    after: Explanation | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
     in_body_axes: bool = False,
@@ -66,6 +67,9 @@ def explain(
         All settings, in TOML, such as the daemon's ``/etc/mlrd.toml``; arguments override it.
     explanation : path, optional
         All settings of the explanation, in TOML, instead of those of `config`.
+    after : Explanation, optional
+        What was found in an earlier recording of this robot on the same day: which effects it may have is taken
+        from there, so that both count.
     threads : int, optional
         Threads to use; one per core by default. The answer does not depend on it.
     progress : callable, optional
@@ -112,6 +116,7 @@ def explain(
         "atlas": atlas,
         "config": config,
         "explanation": explanation,
+        "after": None if after is None else json.dumps(after),
     }
     model = {"robot": robot, "gait": paths(gait)}
     answer = _mlr.explain(recording, options, model, running(threads, progress))
