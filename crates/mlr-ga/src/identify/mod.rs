@@ -1,6 +1,7 @@
 //! From a recording to the damaged legs.
 
 mod answer;
+mod beginning;
 mod by_paper_cost;
 mod by_posterior;
 mod gait_phase;
