@@ -54,7 +54,7 @@ enum Coordinate {
     Nuisance(Nuisance),
     /// A nuisance parameter that an effect replaces: it changes nothing. It keeps its place, because
     /// hypotheses on one robot share sensitivities.
-    Replaced,
+    Replaced(Nuisance),
     /// Of effect `effect`, one parameter.
     Effect {
         effect: usize,
@@ -108,7 +108,7 @@ impl<'a> Walker<'a> {
         let nuisances = nuisances.into_iter();
         let mut coordinates: Vec<Coordinate> = nuisances
             .map(|nuisance| match replaced.contains(&nuisance) {
-                true => Coordinate::Replaced,
+                true => Coordinate::Replaced(nuisance),
                 false => Coordinate::Nuisance(nuisance),
             })
             .collect();
@@ -162,7 +162,7 @@ impl<'a> Walker<'a> {
     /// standard normal without them.
     pub(crate) fn ln_truncation(&self) -> f64 {
         let each = self.coordinates.iter().map(|coordinate| match coordinate {
-            Coordinate::Nuisance(_) | Coordinate::Replaced => 0.0,
+            Coordinate::Nuisance(_) | Coordinate::Replaced(_) => 0.0,
             Coordinate::Effect { parameter, .. } => parameter.ln_truncation(),
         });
         each.sum()
@@ -173,8 +173,8 @@ impl<'a> Walker<'a> {
         for (z, coordinate) in z.iter_mut().zip(&self.coordinates) {
             match coordinate {
                 Coordinate::Effect { parameter, .. } => *z = parameter.within_bounds(*z),
-                Coordinate::Replaced if self.mixing.is_none() => *z = 0.0,
-                Coordinate::Replaced | Coordinate::Nuisance(_) => {}
+                Coordinate::Replaced(_) if self.mixing.is_none() => *z = 0.0,
+                Coordinate::Replaced(_) | Coordinate::Nuisance(_) => {}
             }
         }
     }
@@ -182,7 +182,7 @@ impl<'a> Walker<'a> {
     /// Takes what nuisance parameters change that an effect replaces out of sensitivities to
     /// coordinates.
     pub(crate) fn without_replaced(&self, jacobian: DMatrix<f64>) -> DMatrix<f64> {
-        let is_replaced = |k: &usize| matches!(self.coordinates[*k], Coordinate::Replaced);
+        let is_replaced = |k: &usize| matches!(self.coordinates[*k], Coordinate::Replaced(_));
         let replaced: Vec<usize> = (0..self.nuisances()).filter(is_replaced).collect();
         if replaced.is_empty() {
             return jacobian;
@@ -251,6 +251,29 @@ impl<'a> Walker<'a> {
             }
         }
         z
+    }
+
+    /// Coordinates of this hypothesis where its robot's own parameters are those that another hypothesis on
+    /// the same robot has found at `z`: what the other's effects have in place of nuisance parameters is
+    /// theirs here. Those of its effects are 0.
+    pub(crate) fn with_parameters_of(&self, other: &Self, z: &DVector<f64>) -> DVector<f64> {
+        let mut deviations = other.deviations(z);
+        let (without, with) = (other.without_effects_model(z), other.model(z));
+        let (settings, record) = (&other.prior.settings, other.observation.record);
+        for (deviation, coordinate) in deviations.iter_mut().zip(&other.coordinates) {
+            if let Coordinate::Replaced(nuisance) = coordinate {
+                *deviation = nuisance.z_score(settings, record, &without, &with);
+            }
+        }
+        let own = match &self.mixing {
+            Some(mixing) => mixing.solve_lower_triangular(&deviations),
+            None => None,
+        };
+        let mut coordinates = own
+            .unwrap_or(deviations)
+            .resize_vertically(self.dimension(), 0.0);
+        self.clamp(&mut coordinates);
+        coordinates
     }
 
     /// The matrix that makes deviations of the nuisance parameters of their coordinates.
@@ -366,7 +389,7 @@ impl<'a> Walker<'a> {
         let changes: Vec<DVector<f64>> = columns
             .par_iter()
             .map(|&k| {
-                if matches!(self.coordinates[k], Coordinate::Replaced) {
+                if matches!(self.coordinates[k], Coordinate::Replaced(_)) {
                     return DVector::zeros(self.observation.len());
                 }
                 let (mut moved, mut robot) = (at.z.clone(), deviations.clone());
@@ -401,7 +424,7 @@ impl<'a> Walker<'a> {
     /// parameter, as far as it is known.
     fn step(&self, k: usize, z: &DVector<f64>) -> f64 {
         match &self.coordinates[k] {
-            Coordinate::Nuisance(_) | Coordinate::Replaced => {
+            Coordinate::Nuisance(_) | Coordinate::Replaced(_) => {
                 let mixing = self.mixing.as_ref();
                 mixing.map_or(1.0, |mixing| mixing.row(k).norm())
             }
@@ -421,7 +444,7 @@ impl<'a> Walker<'a> {
     pub(crate) fn is_of_sensing(&self, k: usize) -> bool {
         match &self.coordinates[k] {
             Coordinate::Nuisance(nuisance) => nuisance.is_of_sensing(),
-            Coordinate::Replaced => true,
+            Coordinate::Replaced(_) => true,
             Coordinate::Effect { effect, .. } => {
                 self.hypothesis.effects[*effect].effect.is_of_sensing()
             }

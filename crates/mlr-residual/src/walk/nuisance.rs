@@ -249,6 +249,58 @@ impl Nuisance {
         }
     }
 
+    /// How many standard deviations the second model differs by from the first: the reverse of
+    /// [`Self::apply`].
+    pub(crate) fn z_score(
+        self,
+        settings: &NuisanceSettings,
+        record: &WalkRecord,
+        from: &WalkModel,
+        to: &WalkModel,
+    ) -> f64 {
+        let difference = |of: fn(&WalkModel, usize) -> f64, axis| of(to, axis) - of(from, axis);
+        let ratio = |of: fn(&WalkModel) -> f64| (of(to) / of(from)).ln();
+        let by = match self {
+            Self::Start => to.sensing.delay_s - from.sensing.delay_s,
+            Self::Clock => ratio(|model| model.clock * model.gait.period_s),
+            Self::Misalignment(axis) => {
+                difference(|model, axis| model.sensing.misalignment_deg[axis], axis)
+            }
+            Self::Level(axis) => difference(|model, axis| model.sensing.level_deg[axis], axis),
+            Self::Bias(axis) => difference(|model, axis| model.sensing.bias_dps[axis], axis),
+            Self::Scale => ratio(|model| model.sensing.scale),
+            Self::Stiffness => ratio(|model| model.servo.stiffness_nm_per_rad),
+            Self::Damping => ratio(|model| model.servo.damping_nm_s_per_rad),
+            Self::Friction => ratio(|model| model.simulation.contact.friction),
+            Self::ContactFrequency => ratio(|model| model.simulation.contact.natural_frequency_hz),
+            Self::BodyMass | Self::CenterOfMass(_) => self.parameter().map_or(0.0, |parameter| {
+                parameter.coordinate(&to.robot) - parameter.coordinate(&from.robot)
+            }),
+            Self::JointZero(leg, joint) => {
+                let offset_rad = |model: &WalkModel| -> f64 {
+                    let faults = model.simulation.faults.iter();
+                    let of_joint = faults.map(|fault| match fault {
+                        Fault::JointOffset {
+                            leg: of_leg,
+                            joint: of_joint,
+                            angle_rad,
+                        } if (*of_leg, *of_joint) == (leg + 1, joint + 1) => *angle_rad,
+                        _ => 0.0,
+                    });
+                    of_joint.sum()
+                };
+                offset_rad(to) - offset_rad(from)
+            }
+        };
+        let deviation = self.deviation(settings, record);
+        // What the settings say robots do not differ by has no deviation to count in.
+        if deviation > 0.0 && by.is_finite() {
+            by / deviation
+        } else {
+            0.0
+        }
+    }
+
     /// Makes a model differ by so many standard deviations.
     pub(crate) fn apply(
         self,

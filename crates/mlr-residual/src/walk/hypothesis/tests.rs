@@ -122,6 +122,50 @@ fn what_is_known_of_a_robot_mixes_its_coordinates() {
     });
 }
 
+#[test]
+fn what_an_effect_has_in_place_of_a_parameter_is_that_parameter_without_it() {
+    let tilted = [1.0, -0.7];
+    let joint = Place::Link(2, 1);
+    // The share of what the effect changes that is left. A gait of another period is simulated anew,
+    // which another clock is not.
+    for (kind, place, values, share) in [
+        ("gyro_scale", Place::Robot, &[0.02][..], 0.01),
+        ("friction", Place::Robot, &[-0.1], 0.01),
+        ("servo_stiffness", Place::Robot, &[-0.15], 0.01),
+        ("gait_period", Place::Robot, &[0.03], 0.6),
+        ("sensor_delay", Place::Robot, &[0.02], 0.01),
+        ("gyro_bias", Place::Robot, &[0.1, -0.2, 0.3], 0.01),
+        ("imu_misalignment", Place::Robot, &tilted, 0.01),
+        ("joint_offset", joint, &[0.03], 0.01),
+    ] {
+        with_walker(&[], |bare| {
+            let with_effect = of_same(bare, &[(kind, place)]);
+            let mut z = with_effect.described(&[values.to_vec()]);
+            // The robot differs in other ways, too.
+            for k in 0..bare.dimension() {
+                z[k] = 0.3;
+            }
+            with_effect.clamp(&mut z);
+            let walked = with_effect.walk(z.clone()).unwrap();
+            let alike = bare
+                .walk(bare.with_parameters_of(&with_effect, &z))
+                .unwrap();
+            let unlike = bare.walk(z.rows(0, bare.dimension()).into()).unwrap();
+            let off = |other: &Walked| (&other.residual - &walked.residual).amax();
+            assert!(off(&unlike) > 1e-3, "{kind} changes nothing");
+            let (alike, unlike) = (off(&alike), off(&unlike));
+            assert!(alike < share * unlike, "{kind}: {alike} of {unlike}");
+            // With the effect, its own value stays.
+            let again = with_effect.with_parameters_of(&with_effect, &z);
+            let own = 0..bare.dimension();
+            assert!(
+                own.into_iter().all(|k| (again[k] - z[k]).abs() < 1e-9),
+                "{kind}"
+            );
+        });
+    }
+}
+
 const WEAK: (&str, Place) = ("weak_leg", Place::Leg(2));
 const DELAY: (&str, Place) = ("sensor_delay", Place::Robot);
 

@@ -35,11 +35,17 @@ impl<'a> Search<'a, '_> {
         }
         let (base, walker) = (&one.base, &one.walker);
         let own = walker.nuisances();
-        let mut z = one.fit.walked.z.clone();
-        z.rows_mut(0, own)
-            .copy_from(&likeliest.fit.walked.z.rows(0, own));
-        walker.clamp(&mut z);
-        let walked = walker.walk(z)?;
+        let theirs = &likeliest.fit.walked.z;
+        // What an effect has in place of a parameter of the robot may be that parameter's, or more
+        // than any robot's is.
+        let replaced = walker.with_parameters_of(&likeliest.walker, theirs);
+        let points = [replaced.rows(0, own), theirs.rows(0, own)].map(|parameters| {
+            let mut z = one.fit.walked.z.clone();
+            z.rows_mut(0, own).copy_from(&parameters);
+            walker.clamp(&mut z);
+            z
+        });
+        let walked = walker.likelier(points.into(), &base.whitening)?;
         let known = likeliest.fit.jacobian.columns(0, own).clone_owned();
         let begun = self.begun(base, walker.clone(), walked, &known);
         let fit = begun.fit;

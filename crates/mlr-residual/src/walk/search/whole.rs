@@ -118,9 +118,11 @@ impl<'a> Search<'a, '_> {
                 let values: Vec<Vec<f64>> = kept.iter().map(|k| values[*k].clone()).collect();
                 let walker = base.with(effects);
                 let nuisances = z.rows(0, walker.nuisances()).clone_owned();
-                let z = nuisances.resize_vertically(walker.dimension(), 0.0);
-                let z = walker.with_values(z, &values);
-                let fitted = self.fitted_from(base, walker, vec![z]);
+                let without = nuisances.resize_vertically(walker.dimension(), 0.0);
+                // The same with what the effect had in place of a parameter of the robot.
+                let replaced = walker.with_parameters_of(known, z);
+                let starts = [replaced, without].map(|z| walker.with_values(z, &values));
+                let fitted = self.fitted_from(base, walker, starts.into());
                 self.progress.advance();
                 fitted
             })
