@@ -56,6 +56,9 @@ class BestFit(TypedDict):
     error_deg: list[float]
     # Friction of the ground over the nominal one.
     friction: float
+    # Log time at which the model's walk starts that fits best, in steps of the alignment: it
+    # tells the phase of the gait where the recording does not show the start of the walk.
+    gait_start_s: float | None
     # What the lost links are taken to be.
     lost_links: LostLinks
     # Root mean square of measured roll, pitch and yaw without their means and trends.
