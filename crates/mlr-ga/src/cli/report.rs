@@ -119,7 +119,7 @@ pub(super) fn run(options: &ReportOptions) -> anyhow::Result<()> {
         None => {
             let asking = &options.identification;
             let answer = asking.answer(&asked, &recordings, started)?;
-            read(&serde_json::to_string(&answer)?)?
+            read(&serde_json::to_string(&answer)?).context("the identification")?
         }
     };
     let compared = options.compared(&asked, &recordings, &found, &fits)?;

@@ -259,9 +259,11 @@ impl Walker<'_> {
     /// The likeliest of these points; `None` when no walk from any of them stays finite.
     pub(crate) fn likelier(
         &self,
-        points: Vec<DVector<f64>>,
+        mut points: Vec<DVector<f64>>,
         whitening: &Whitening,
     ) -> Option<Walked> {
+        // Several ways to a start often lead to the same: it is walked once.
+        points.dedup();
         let walked = points.into_par_iter().filter_map(|z| {
             let walked = self.walk(z)?;
             Some((ln_posterior(whitening, &walked), walked))
