@@ -20,6 +20,7 @@ mod residual_left;
 mod search;
 mod sensing;
 mod stretch_errors;
+mod variational;
 
 pub use answer::{EvidenceSettings, explain_walk};
 pub use calibrated_walk::{CalibratedParameter, CalibratedWalk};

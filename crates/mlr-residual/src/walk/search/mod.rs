@@ -9,6 +9,7 @@ mod race;
 pub(crate) mod screening;
 mod sharing;
 mod unfitted;
+mod weighing;
 mod whole;
 
 use std::sync::Arc;
@@ -155,7 +156,7 @@ impl<'a> Search<'a, '_> {
         let bare = self.without_effects(&bases);
         if self.effort.most_effects == 0 {
             return Searched {
-                fitted: self.over_the_whole_stretch(&bare),
+                fitted: self.weighed(self.over_the_whole_stretch(&bare)),
                 unfitted: Vec::new(),
             };
         }
@@ -175,7 +176,7 @@ impl<'a> Search<'a, '_> {
             ranked.extend(self.race(entrants));
             sort_judged(&mut ranked);
         }
-        let fitted = self.over_the_whole_stretch(&ranked);
+        let fitted = self.weighed(self.over_the_whole_stretch(&ranked));
         Searched {
             unfitted: self.unfitted(&screened, &ranked, &fitted),
             fitted,
