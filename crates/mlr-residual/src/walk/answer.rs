@@ -98,8 +98,7 @@ pub fn explain_walk(
         known,
     };
     let searched = search.run(suspects);
-    let posterior =
-        posterior(&observation, &settings.prior, searched).ok_or(WalkError::Diverged)?;
+    let posterior = posterior(&settings.prior, searched).ok_or(WalkError::Diverged)?;
     let answer = Answer {
         record,
         settings,

@@ -20,6 +20,8 @@ pub(crate) struct Fit {
     pub(crate) curvature: DMatrix<f64>,
     /// Logarithm of the evidence.
     pub(crate) ln_evidence: f64,
+    /// Measured less predicted: by this walk, or by the mean of walks about it.
+    pub(crate) residual: DVector<f64>,
 }
 
 /// Steps that are tried beside each other: to where the linear model is most probable if its errors
@@ -37,7 +39,7 @@ const CONVERGED: f64 = 0.15;
 
 /// How far to step.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Step {
+enum Step {
     /// As if the errors that are left had the usual scale.
     Bold,
     /// With the scale that the errors left have, and a damping.
@@ -81,7 +83,7 @@ pub(super) fn curvature(
 }
 
 /// Logarithm of likelihood times prior density at these coordinates.
-pub(super) fn ln_posterior(whitening: &Whitening, walked: &Walked) -> f64 {
+fn ln_posterior(whitening: &Whitening, walked: &Walked) -> f64 {
     let squares = whitening.squares(&walked.residual);
     let (ln_density, _) = whitening.ln_density(squares, walked.residual.len());
     ln_density - 0.5 * walked.z.norm_squared()
@@ -182,13 +184,6 @@ impl<'m> NormalEquations<'m> {
 }
 
 impl LinearModel {
-    /// To the most probable coordinates, or towards them.
-    pub(super) fn step(&self, whitening: &Whitening, step: Step) -> DVector<f64> {
-        NormalEquations::new(self, whitening)
-            .step(whitening, step)
-            .0
-    }
-
     /// Logarithm of the evidence, and the most probable coordinates.
     pub(crate) fn ln_evidence(&self, whitening: &Whitening) -> (f64, DVector<f64>) {
         let equations = NormalEquations::new(self, whitening);
@@ -290,6 +285,7 @@ impl Walker<'_> {
         Fit {
             ln_evidence,
             curvature,
+            residual: at.residual.clone(),
             walked: at,
             jacobian,
         }

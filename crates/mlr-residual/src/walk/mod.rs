@@ -10,6 +10,7 @@ mod drawn;
 mod evidence;
 mod hypothesis;
 mod information;
+mod mean_walk;
 mod model;
 mod nuisance;
 mod observation;
@@ -20,7 +21,6 @@ mod residual_left;
 mod search;
 mod sensing;
 mod stretch_errors;
-mod variational;
 
 pub use answer::{EvidenceSettings, explain_walk};
 pub use calibrated_walk::{CalibratedParameter, CalibratedWalk};

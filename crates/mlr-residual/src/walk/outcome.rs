@@ -4,17 +4,13 @@ use mlr_model::LostLinks;
 use nalgebra::DVector;
 
 use super::{
-    EffectPrior, Observation,
-    discrepancy::Unknown,
-    evidence::{Fit, ln_evidence},
-    hypothesis::{Walked, Walker},
-    observation::Whitening,
+    EffectPrior,
+    evidence::Fit,
+    hypothesis::Walker,
     search::{Judged, Searched},
 };
-use crate::{Posterior, ln_mean};
+use crate::Posterior;
 
-/// The likeliest hypotheses that something unknown may add to.
-const WITH_UNKNOWN: usize = 3;
 /// Lost links that hang on: an effect by its name.
 pub const LOCKED_LINKS: &str = "locked_links";
 
@@ -85,7 +81,6 @@ impl<'a> Outcome<'a> {
 /// Of each hypothesis the likeliest fit, with and without something unknown; hypotheses that were
 /// not fitted by what their linear models promise. `None` where nothing was fitted.
 pub(super) fn posterior<'a>(
-    observation: &Observation<'a>,
     prior: &EffectPrior,
     searched: Searched<'a>,
 ) -> Option<Posterior<Outcome<'a>>> {
@@ -95,32 +90,26 @@ pub(super) fn posterior<'a>(
     } = searched;
     fitted.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
     let mut outcomes: Vec<(Outcome<'a>, f64)> = Vec::new();
+    let mut with_unknown: Vec<(Outcome<'a>, f64)> = Vec::new();
     let is_known = |outcomes: &[(Outcome<'a>, f64)], walker: &Walker<'a>| {
         let mut known = outcomes.iter();
         known.any(|(one, _)| one.walker.hypothesis.is_same(&walker.hypothesis))
     };
     for judged in fitted {
-        if !is_known(&outcomes, &judged.walker) {
-            let ln_weight = judged.ln_weight;
-            outcomes.push((Outcome::fitted(judged), ln_weight));
+        if is_known(&outcomes, &judged.walker) {
+            continue;
         }
-    }
-    let has_no_effect = |one: &Outcome<'a>| one.walker.hypothesis.is_bare();
-    let bare = outcomes.iter().position(|(one, _)| has_no_effect(one));
-    let top = 0..outcomes.len().min(WITH_UNKNOWN);
-    let bare = bare.filter(|index| !top.contains(index));
-    let with_unknown: Vec<(Outcome<'a>, f64)> = top
-        .chain(bare)
-        .filter_map(|index| {
-            let (outcome, ln_weight) = &outcomes[index];
-            let ln_gain = ln_gain_of_unknown(observation, &outcome.walker, outcome.fit()?)?;
-            let outcome = Outcome {
+        let (ln_weight, ln_gain) = (judged.ln_weight, judged.ln_gain_of_unknown);
+        let outcome = Outcome::fitted(judged);
+        if let Some(ln_gain) = ln_gain {
+            let unknown = Outcome {
                 unknown: true,
                 ..outcome.clone()
             };
-            Some((outcome, ln_weight + ln_gain))
-        })
-        .collect();
+            with_unknown.push((unknown, ln_weight + ln_gain));
+        }
+        outcomes.push((outcome, ln_weight));
+    }
     for one in unfitted {
         if !is_known(&outcomes, &one.walker) {
             let outcome = Outcome {
@@ -144,23 +133,4 @@ pub(super) fn posterior<'a>(
         .iter()
         .any(is_fitted)
         .then_some(posterior)
-}
-
-/// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over
-/// the places where it may act. `None` where the errors have no covariance.
-fn ln_gain_of_unknown(
-    observation: &Observation<'_>,
-    walker: &Walker<'_>,
-    fit: &Fit,
-) -> Option<f64> {
-    let Walked { residual, z, .. } = &fit.walked;
-    let spread = walker.spread(&fit.jacobian);
-    let usual = observation.whitening(spread)?;
-    let ln = |whitening: &Whitening| ln_evidence(whitening, residual, z, &fit.jacobian).0;
-    let without = ln(&usual);
-    let anywhere = Unknown::ANYWHERE.into_iter();
-    let each: Vec<f64> = anywhere
-        .map(|unknown| ln(&observation.with_unknown(&usual, spread, unknown)))
-        .collect();
-    Some(ln_mean(each.iter().copied(), each.len()) - without)
 }

@@ -7,7 +7,6 @@ pub(crate) mod prior;
 mod proposals;
 mod race;
 pub(crate) mod screening;
-mod sharing;
 mod unfitted;
 mod weighing;
 mod whole;
@@ -67,6 +66,8 @@ pub(crate) struct Judged<'a> {
     pub(crate) fit: Fit,
     /// Logarithm of evidence times prior probability.
     pub(crate) ln_weight: f64,
+    /// Logarithm of the factor by which something unknown raises the evidence, where that was weighed.
+    pub(crate) ln_gain_of_unknown: Option<f64>,
 }
 
 /// What a search found.
@@ -209,6 +210,7 @@ impl<'a> Search<'a, '_> {
             walker,
             fit,
             ln_weight,
+            ln_gain_of_unknown: None,
         }
     }
 }

@@ -22,7 +22,7 @@ const REFINED: usize = 6;
 /// The likeliest of these take them a second time.
 const FINALISTS: usize = 2;
 /// Steps on slopes of their own, at most: a fit stops where it has converged.
-pub(super) const LAST_STEPS: usize = 5;
+const LAST_STEPS: usize = 5;
 
 impl<'a> Search<'a, '_> {
     /// The most promising, not too many of one kind, each walked where its linear model is
@@ -149,7 +149,7 @@ impl<'a> Search<'a, '_> {
         running
     }
 
-    fn each(
+    pub(super) fn each(
         &self,
         running: Vec<Judged<'a>>,
         further: impl Fn(&Judged<'a>) -> Option<Judged<'a>> + Sync,
@@ -167,7 +167,7 @@ impl<'a> Search<'a, '_> {
             .collect()
     }
 
-    fn advanced(&self, judged: &Judged<'a>) -> Judged<'a> {
+    pub(super) fn advanced(&self, judged: &Judged<'a>) -> Judged<'a> {
         let Judged {
             base, walker, fit, ..
         } = judged;
@@ -245,7 +245,7 @@ impl Judged<'_> {
             && others.iter().all(|one| own.contains(one))
     }
 
-    fn is_same(&self, other: &Self) -> bool {
+    pub(super) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.base, &other.base)
             && self.walker.hypothesis.effects == other.walker.hypothesis.effects
     }

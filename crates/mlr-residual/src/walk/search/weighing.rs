@@ -1,10 +1,20 @@
 //! The final weights: evidence that no lucky walk decides.
 
+use std::sync::Arc;
+
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 
-use super::{Judged, Search, least_ln_weight, race::likeliest, sort_judged};
+use super::{Judged, Search, base::Base, least_ln_weight, race::likeliest, sort_judged};
+use crate::{
+    ln_mean,
+    walk::{
+        discrepancy::{Spread, Unknown},
+        evidence::{Fit, ln_evidence},
+        mean_walk::MeanWalks,
+        observation::Whitening,
+    },
+};
 
 /// Hypotheses with effects that are weighed so.
 const MOST: usize = 8;
@@ -12,57 +22,114 @@ const MOST: usize = 8;
 const BARE: usize = 2;
 
 impl<'a> Search<'a, '_> {
-    /// The likeliest hypotheses, each once, by the variational bound of their evidence. The others, which
-    /// have fallen behind, lose as much as these do in the mean.
-    pub(super) fn weighed(&self, mut fitted: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
-        sort_judged(&mut fitted);
-        let mut apart: Vec<Judged<'a>> = Vec::new();
-        for one in fitted {
-            let hypothesis = &one.walker.hypothesis;
-            let is_known = apart
-                .iter()
-                .any(|other| other.walker.hypothesis.is_same(hypothesis));
-            if !is_known {
-                apart.push(one);
-            }
-        }
-        let least = least_ln_weight(&apart);
-        let is_bare = |k: &usize| apart[*k].walker.hypothesis.is_bare();
-        let bare = (0..apart.len()).filter(is_bare).take(BARE);
-        let chosen: Vec<usize> = likeliest(&apart, MOST)
-            .into_iter()
-            .chain(bare)
-            .filter(|k| apart[*k].ln_weight > least)
-            .collect();
+    /// The likeliest hypotheses, each once, by the mean of their walks. The others, which have fallen
+    /// behind, change as much as these do in the mean.
+    pub(super) fn weighed(&self, fitted: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
+        let (chosen, left) = likeliest_and_others(each_once(fitted));
         self.progress.expect_more(chosen.len());
-        // The same draws for all.
-        let generator = ChaCha8Rng::seed_from_u64(0);
-        let weighed: Vec<Judged<'a>> = chosen
-            .par_iter()
-            .map(|k| {
-                let Judged {
-                    base, walker, fit, ..
-                } = &apart[*k];
-                let fit = walker.bounded(fit.clone(), &base.whitening, &generator);
-                self.progress.advance();
-                self.judge(base, walker.clone(), fit)
-            })
-            .collect();
-        let changes = chosen
-            .iter()
-            .zip(&weighed)
-            .map(|(k, weighed)| weighed.ln_weight - apart[*k].ln_weight)
-            .filter(|change| change.is_finite());
-        let (sum, count) = changes.fold((0.0, 0), |(sum, count), change| (sum + change, count + 1));
-        let mean = sum / f64::from(count.max(1));
-        let left = apart.into_iter().enumerate();
-        let left = left.filter(|(k, _)| !chosen.contains(k));
-        let left: Vec<Judged<'a>> = left
-            .map(|(_, one)| Judged {
-                ln_weight: one.ln_weight + mean,
-                ..one
-            })
-            .collect();
+        let mut weighed = Vec::new();
+        let mut changes = Vec::new();
+        for on_one_robot in by_robot(chosen) {
+            let known = on_one_robot.iter().map(|one| one.ln_weight);
+            let known: Vec<f64> = known.collect();
+            let now = self.by_mean_walks(on_one_robot);
+            let change = now
+                .iter()
+                .zip(known)
+                .map(|(one, known)| one.ln_weight - known);
+            changes.extend(change.filter(|change| change.is_finite()));
+            weighed.extend(now);
+        }
+        let mean = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
+        let left = left.into_iter().map(|one| Judged {
+            ln_weight: one.ln_weight + mean,
+            ..one
+        });
         weighed.into_iter().chain(left).collect()
     }
+
+    fn by_mean_walks(&self, on_one_robot: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
+        let Some(first) = on_one_robot.first() else {
+            return Vec::new();
+        };
+        let base = Arc::clone(&first.base);
+        let spread = first.walker.spread(&base.jacobian);
+        // The same draws for all.
+        let generator = ChaCha8Rng::seed_from_u64(0);
+        let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
+        let fits = MeanWalks::new(fitted, &base.jacobian, &base.whitening, &generator).fits();
+        let each = on_one_robot.into_iter().zip(fits);
+        each.map(|(one, fit)| {
+            self.progress.advance();
+            match fit {
+                Some(fit) => Judged {
+                    ln_gain_of_unknown: Some(ln_gain_of_unknown(&base, &fit, spread)),
+                    ..self.judge(&base, one.walker, fit)
+                },
+                // Most of its neighbours do not walk.
+                None => Judged {
+                    ln_weight: f64::NEG_INFINITY,
+                    ..one
+                },
+            }
+        })
+        .collect()
+    }
+}
+
+/// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over the places
+/// where it may act.
+fn ln_gain_of_unknown(base: &Base<'_>, fit: &Fit, spread: Spread) -> f64 {
+    let ln = |whitening: &Whitening| {
+        ln_evidence(whitening, &fit.residual, &fit.walked.z, &fit.jacobian).0
+    };
+    let (observation, usual) = (base.setting.observation, &base.whitening);
+    let with = |unknown| ln(&observation.with_unknown(usual, spread, unknown));
+    let anywhere = Unknown::ANYWHERE.map(with);
+    ln_mean(anywhere.into_iter(), anywhere.len()) - ln(usual)
+}
+
+/// The likeliest fit of each hypothesis, the likeliest hypothesis first.
+fn each_once(mut fitted: Vec<Judged<'_>>) -> Vec<Judged<'_>> {
+    sort_judged(&mut fitted);
+    let mut once: Vec<Judged<'_>> = Vec::new();
+    for one in fitted {
+        if !once.iter().any(|other| other.is_same(&one)) {
+            once.push(one);
+        }
+    }
+    once
+}
+
+/// Those that are weighed, of hypotheses in order of their likelihood, and the rest.
+fn likeliest_and_others(fitted: Vec<Judged<'_>>) -> (Vec<Judged<'_>>, Vec<Judged<'_>>) {
+    let least = least_ln_weight(&fitted);
+    let is_bare = |k: &usize| fitted[*k].walker.hypothesis.is_bare();
+    let bare = (0..fitted.len()).filter(is_bare).take(BARE);
+    let mut chosen = likeliest(&fitted, MOST);
+    chosen.extend(bare);
+    let each = fitted.into_iter().enumerate();
+    let (chosen, others): (Vec<_>, Vec<_>) =
+        each.partition(|(k, one)| chosen.contains(k) && one.ln_weight > least);
+    let without_index = |(_, one)| one;
+    (
+        chosen.into_iter().map(without_index).collect(),
+        others.into_iter().map(without_index).collect(),
+    )
+}
+
+fn by_robot(hypotheses: Vec<Judged<'_>>) -> Vec<Vec<Judged<'_>>> {
+    let mut robots: Vec<Vec<Judged<'_>>> = Vec::new();
+    for one in hypotheses {
+        let on_same = |robot: &&mut Vec<Judged<'_>>| {
+            robot
+                .first()
+                .is_some_and(|other| Arc::ptr_eq(&other.base, &one.base))
+        };
+        match robots.iter_mut().find(on_same) {
+            Some(robot) => robot.push(one),
+            None => robots.push(vec![one]),
+        }
+    }
+    robots
 }

@@ -9,7 +9,7 @@ use super::{
     BARE, Judged, Search,
     base::Base,
     proposals::{Screened, sort},
-    race::{LAST_STEPS, likeliest},
+    race::likeliest,
     screening, sort_judged,
 };
 use crate::walk::hypothesis::Walker;
@@ -20,6 +20,8 @@ const MOST: usize = 6;
 const SCREENED: usize = 2;
 /// Entrants of these.
 const ENTRANTS: usize = 8;
+/// Steps of a fit, at most.
+const STEPS: usize = 2;
 
 impl<'a> Search<'a, '_> {
     /// The likeliest of these, and effects of the sensor beside them, fitted over the whole stretch.
@@ -89,14 +91,14 @@ impl<'a> Search<'a, '_> {
         }
         sort(&mut proposals);
         running.extend(self.entrants(&screened, &running, proposals, ENTRANTS));
-        let running = self.with_shared_parameters(&running);
-        let mut ranked = self.race(running);
+        let mut ranked = self.each(running, |one| Some(self.advanced(one)));
+        sort_judged(&mut ranked);
         let best = ranked
             .iter()
             .find(|judged| !judged.walker.hypothesis.is_bare());
         let with_fewer = best.map(|best| self.with_fewer_effects(best));
         ranked.extend(with_fewer.into_iter().flatten());
-        self.with_shared_parameters(&ranked)
+        ranked
     }
 
     /// A hypothesis without all of its effects, and without one of several, begun from the parameters
@@ -129,6 +131,7 @@ impl<'a> Search<'a, '_> {
             .collect()
     }
 
+    /// From the likeliest of these coordinates, so few steps on: the mean of its walks leads further.
     fn fitted_from(
         &self,
         base: &Arc<Base<'a>>,
@@ -136,8 +139,9 @@ impl<'a> Search<'a, '_> {
         starts: Vec<DVector<f64>>,
     ) -> Option<Judged<'a>> {
         let start = walker.likelier(starts, &base.whitening)?;
-        let jacobian = walker.jacobian(&start);
-        let fit = walker.advanced(start, jacobian, &base.whitening, LAST_STEPS);
+        let begun = self.begun(base, walker.clone(), start, &base.jacobian);
+        let (start, jacobian) = (begun.fit.walked, begun.fit.jacobian);
+        let fit = walker.advanced(start, jacobian, &base.whitening, STEPS);
         Some(self.judge(base, walker, fit))
     }
 }

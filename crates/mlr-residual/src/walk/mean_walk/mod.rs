@@ -1,0 +1,210 @@
+//! ln p(log | hypothesis) where walks are rough: by the mean of the walks about the most probable
+//! parameters in place of a single one.
+
+mod linear_walk;
+mod regression;
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use self::regression::{Draw, Regression, Walks};
+use super::{evidence::Fit, hypothesis::Walker, observation::Whitening};
+use crate::{laplace, statistics::median};
+
+/// Walks of all hypotheses on a robot together that are drawn every time.
+const DRAWS: usize = 96;
+/// Of each at least.
+const LEAST_DRAWS: usize = 12;
+/// Times that walks are drawn, each time about the parameters that all so far make most probable.
+const TIMES: usize = 3;
+/// A walk that lies farther from the median than so many times the median distance has tipped, or gone
+/// another way.
+const APART: f64 = 3.0;
+
+/// Hypotheses on one robot by the mean of their walks.
+///
+/// A walk is a linear function of its coordinates z and something rough that differs from walk to
+/// walk, however near these are. What a walk leaves of the log is
+///
+/// ```text
+/// r(z) = f − J z + e
+/// ```
+///
+/// f of each hypothesis, and J, which all have in common as far as the robot's own parameters go, are
+/// found by regression over walks that are drawn from the posterior of z, which is found from these in turn. The
+/// evidence is that of the linear model f − J z: a simulated walk that comes near the log by chance counts
+/// as one of many, and no longer search makes a hypothesis likelier. Simulators with rough likelihoods are
+/// fitted by such means of summaries since Wood (2010), "Statistical inference for noisy nonlinear
+/// ecological dynamic systems".
+pub(crate) struct MeanWalks<'w, 'a> {
+    hypotheses: Vec<Sampled<'w, 'a>>,
+    whitening: &'w Whitening,
+    /// Change of the prediction per unit of each of the robot's own coordinates, as known before.
+    known: &'w DMatrix<f64>,
+    /// Every hypothesis takes its draws from the same: what differs is the hypothesis.
+    generator: &'w ChaCha8Rng,
+}
+
+/// A hypothesis with its most probable parameters by the walks so far; `None` when most of them do not walk.
+struct Sampled<'w, 'a> {
+    walker: &'w Walker<'a>,
+    fit: Option<Fit>,
+    /// Takes out of coordinates those of the robot that an effect replaces.
+    counting: DMatrix<f64>,
+}
+
+impl<'w, 'a> MeanWalks<'w, 'a> {
+    /// Of these hypotheses about their fits; `known` has the sensitivities of the robot's own coordinates.
+    pub(crate) fn new(
+        fitted: impl IntoIterator<Item = (&'w Walker<'a>, &'w Fit)>,
+        known: &'w DMatrix<f64>,
+        whitening: &'w Whitening,
+        generator: &'w ChaCha8Rng,
+    ) -> Self {
+        let own = known.ncols();
+        let hypotheses = fitted.into_iter().map(|(walker, fit)| {
+            let mut jacobian = fit.jacobian.clone();
+            jacobian.columns_mut(0, own).copy_from(known);
+            let jacobian = walker.without_replaced(jacobian);
+            let p = walker.dimension();
+            Sampled {
+                walker,
+                fit: Some(walker.integrated(fit.walked.clone(), jacobian, whitening)),
+                counting: walker.without_replaced(DMatrix::identity(p, p)),
+            }
+        });
+        Self {
+            hypotheses: hypotheses.collect(),
+            whitening,
+            known,
+            generator,
+        }
+    }
+
+    /// The fits by the mean of their walks, in their order; `None` of a hypothesis most of whose neighbours do
+    /// not walk.
+    pub(crate) fn fits(mut self) -> Vec<Option<Fit>> {
+        let own = self.known.ncols();
+        let first_fits = self.hypotheses.iter().map(|one| one.fit.as_ref());
+        let mut walks: Vec<Walks> = first_fits
+            .map(|fit| Walks {
+                draws: Vec::new(),
+                known: fit.map_or_else(
+                    || DMatrix::zeros(0, 0),
+                    |fit| fit.jacobian.columns_range(own..).clone_owned(),
+                ),
+            })
+            .collect();
+        for time in 0..TIMES {
+            let drawn: Vec<Option<Vec<Draw>>> = self
+                .hypotheses
+                .par_iter()
+                .map(|one| self.drawn(one, time))
+                .collect();
+            for ((one, walks), drawn) in self.hypotheses.iter_mut().zip(&mut walks).zip(drawn) {
+                match drawn {
+                    Some(drawn) => walks.draws.extend(drawn),
+                    None => one.fit = None,
+                }
+            }
+            let Some(regression) = Regression::new(&walks, self.known) else {
+                break;
+            };
+            let fits: Vec<Option<Fit>> = (0..walks.len())
+                .into_par_iter()
+                .map(|k| self.most_probable(k, &regression))
+                .collect();
+            for (one, fit) in self.hypotheses.iter_mut().zip(fits) {
+                one.fit = fit;
+            }
+        }
+        self.hypotheses.into_iter().map(|one| one.fit).collect()
+    }
+
+    /// Walks of the posterior of a hypothesis; `None` where fewer than half walk.
+    fn drawn(&self, of: &Sampled<'_, '_>, time: usize) -> Option<Vec<Draw>> {
+        let fit = of.fit.as_ref()?;
+        let each = (DRAWS / self.hypotheses.len()).max(LEAST_DRAWS);
+        let normals = normals(of.walker.dimension(), self.generator, time, each);
+        let precision = laplace::precision(fit.curvature.clone());
+        let upper = precision.cholesky()?.l().transpose();
+        let draws: Vec<Draw> = normals
+            .par_iter()
+            .filter_map(|normal| {
+                let mut z = &fit.walked.z + upper.solve_upper_triangular(normal)?;
+                of.walker.clamp(&mut z);
+                let walked = of.walker.walk(z)?;
+                Some(Draw {
+                    z: &of.counting * walked.z,
+                    residual: walked.residual,
+                })
+            })
+            .collect();
+        let enough = 2 * draws.len() >= normals.len();
+        enough.then(|| self.without_those_apart(draws, &fit.jacobian))
+    }
+
+    /// Those whose distance from the median is usual, as far as the sensitivities do not say why: a few that
+    /// tip over have nothing to do with the mean of those that walk.
+    fn without_those_apart(&self, draws: Vec<Draw>, jacobian: &DMatrix<f64>) -> Vec<Draw> {
+        let errors: Vec<DVector<f64>> = draws
+            .iter()
+            .map(|draw| {
+                self.whitening
+                    .apply_to(&(&draw.residual + jacobian * &draw.z))
+            })
+            .collect();
+        let rows = errors.first().map_or(0, |error| error.len());
+        let middle = DVector::from_fn(rows, |row, _| {
+            median(errors.iter().map(|error| error[row]).collect())
+        });
+        let distances: Vec<f64> = errors
+            .iter()
+            .map(|error| (error - &middle).norm())
+            .collect();
+        let farthest = APART * median(distances.clone());
+        let each = draws.into_iter().zip(distances);
+        each.filter(|(_, distance)| *distance <= farthest)
+            .map(|(draw, _)| draw)
+            .collect()
+    }
+
+    /// The fit of a hypothesis where its mean walk is most probable.
+    fn most_probable(&self, index: usize, regression: &Regression) -> Option<Fit> {
+        let one = &self.hypotheses[index];
+        let centre = &one.fit.as_ref()?.walked.z;
+        let within_bounds = |z: &mut DVector<f64>| one.walker.clamp(z);
+        let mean = regression.of(index);
+        let whitening = self.whitening;
+        let roughness = regression.roughness(whitening);
+        let found = mean.integrated(centre, &one.counting, within_bounds, whitening, roughness);
+        Some(Fit {
+            walked: one.walker.walk(found.z)?,
+            residual: found.residual,
+            jacobian: found.jacobian,
+            curvature: found.curvature,
+            ln_evidence: found.ln_evidence,
+        })
+    }
+}
+
+/// Standard normal draws in pairs of opposite sign: what is odd in them has no chance. Each pair is
+/// a stream of its own, so that hypotheses of several dimensions have the first coordinates in common.
+fn normals(
+    dimension: usize,
+    generator: &ChaCha8Rng,
+    time: usize,
+    count: usize,
+) -> Vec<DVector<f64>> {
+    let pairs = count.div_ceil(2);
+    let drawn = (0..pairs).map(|pair| {
+        let mut generator = generator.clone();
+        generator.set_stream((time * pairs + pair) as u64);
+        DVector::from_fn(dimension, |_, _| mlr_model::standard_normal(&mut generator))
+    });
+    drawn.flat_map(|normal| [-&normal, normal]).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,219 @@
+//! Walks as a linear function of their parameters, by ridge regression.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::linear_walk::LinearWalk;
+use crate::walk::observation::{GROUPS, Whitening};
+
+/// A walk with its coordinates.
+#[derive(Debug, Clone)]
+pub(super) struct Draw {
+    /// Of the robot and the effects of its hypothesis.
+    pub(super) z: DVector<f64>,
+    /// What it leaves of the log.
+    pub(super) residual: DVector<f64>,
+}
+
+/// The walks of one hypothesis.
+#[derive(Debug)]
+pub(super) struct Walks {
+    pub(super) draws: Vec<Draw>,
+    /// Sensitivities of its effects known before: change of the prediction per unit of each coordinate.
+    pub(super) known: DMatrix<f64>,
+}
+
+/// What walks say of the hypotheses that they belong to: of each
+///
+/// ```text
+/// r(z) = f − J z + e
+/// ```
+///
+/// with a mean f of its own and sensitivities J, of which those to the robot's own coordinates are the same for
+/// all. e is what single walks add.
+#[derive(Debug)]
+pub(super) struct Regression {
+    of: Vec<LinearWalk>,
+    /// What single walks add to the errors, a column for each.
+    left: DMatrix<f64>,
+    /// As many walks as are left of these, regression having taken up a part.
+    freedom: f64,
+}
+
+/// Sensitivities known before are differences of two walks, each with errors of its own: over one unit
+/// of a coordinate of the robot, over a part of one of an effect's.
+const VARIANCE_OF_OWN: f64 = 2.0;
+const VARIANCE_OF_EFFECTS: f64 = 50.0;
+/// The mean may be anything.
+const VARIANCE_OF_MEAN: f64 = 1e9;
+
+impl Regression {
+    /// Of the walks of hypotheses on one robot, the sensitivities of whose own coordinates are `known`, as
+    /// surely as a difference of two walks tells them. `None` where there is no walk.
+    pub(super) fn new(of: &[Walks], known: &DMatrix<f64>) -> Option<Self> {
+        let layout = Layout::new(of, known.ncols());
+        let count: usize = of.iter().map(|walks| walks.draws.len()).sum();
+        if count == 0 {
+            return None;
+        }
+        let mut design = DMatrix::zeros(count, layout.columns);
+        let mut left = DMatrix::zeros(known.nrows(), count);
+        let mut row = 0;
+        for (k, walks) in of.iter().enumerate() {
+            let columns = layout.of(k);
+            for draw in &walks.draws {
+                for (column, z) in columns.iter().zip(draw.z.iter().chain([&1.0])) {
+                    design[(row, *column)] = *z;
+                }
+                // What the sensitivities known before miss.
+                let own = known * draw.z.rows(0, layout.own);
+                let of_effects = &walks.known * draw.z.rows_range(layout.own..);
+                left.set_column(row, &(&draw.residual + own + of_effects));
+                row += 1;
+            }
+        }
+        let mut normal = design.tr_mul(&design);
+        for k in 0..layout.columns {
+            normal[(k, k)] += layout.variance(k).recip();
+        }
+        let inverse = normal.cholesky()?.inverse();
+        let found = &left * &design * &inverse;
+        left -= &found * design.transpose();
+        let leverages = (&design * &inverse).component_mul(&design);
+        let of = of.iter().enumerate().map(|(k, walks)| {
+            let columns = layout.of(k);
+            let p = columns.len() - 1;
+            let mut jacobian = known.clone().resize_horizontally(p, 0.0);
+            jacobian
+                .columns_range_mut(layout.own..)
+                .copy_from(&walks.known);
+            LinearWalk {
+                at_zero: found.column(columns[p]).clone_owned(),
+                jacobian: jacobian - found.select_columns(&columns[..p]),
+                uncertainty: inverse.select_rows(&columns).select_columns(&columns),
+            }
+        });
+        Some(Self {
+            of: of.collect(),
+            left,
+            freedom: (count as f64 - leverages.sum()).max(1.0),
+        })
+    }
+
+    /// Mean square of what single walks add to the errors, in variances of the discrepancy of usual scale, group
+    /// by group.
+    pub(super) fn roughness(&self, whitening: &Whitening) -> [f64; GROUPS] {
+        let whitened = whitening.apply(&self.left);
+        whitening.groups(self.left.nrows()).map(|rows| {
+            let count = rows.len().max(1) as f64 * self.freedom;
+            whitened.rows_range(rows).norm_squared() / count
+        })
+    }
+
+    /// That of the hypothesis with this index.
+    pub(super) fn of(&self, index: usize) -> &LinearWalk {
+        &self.of[index]
+    }
+}
+
+/// The unknowns of a regression: what sensitivities to the robot's own coordinates miss, then for each
+/// hypothesis the same of its effects, and its mean.
+struct Layout {
+    own: usize,
+    of_effects: Vec<Range<usize>>,
+    columns: usize,
+}
+
+impl Layout {
+    fn new(of: &[Walks], own: usize) -> Self {
+        let mut columns = own;
+        let of_effects = of.iter().map(|walks| {
+            let first = columns;
+            columns += walks.known.ncols() + 1;
+            first..columns - 1
+        });
+        let of_effects = of_effects.collect();
+        Self {
+            own,
+            of_effects,
+            columns,
+        }
+    }
+
+    /// The columns of a hypothesis: of its coordinates in their order, and of its mean.
+    fn of(&self, index: usize) -> Vec<usize> {
+        let effects = self.of_effects[index].clone();
+        let mean = effects.end;
+        (0..self.own).chain(effects).chain([mean]).collect()
+    }
+
+    /// Before any walk.
+    fn variance(&self, column: usize) -> f64 {
+        match self.of_effects.iter().any(|range| range.end == column) {
+            true => VARIANCE_OF_MEAN,
+            false if column < self.own => VARIANCE_OF_OWN,
+            false => VARIANCE_OF_EFFECTS,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::walk::mean_walk::tests::{Rough, whitening};
+
+    #[test]
+    fn linear_walks_are_found_and_how_rough_they_are() {
+        let whitening = whitening();
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let rough = Rough::new(0.3, 4, &mut random);
+        let walks = [0.0, 2.0].map(|shift| rough.walks(120, shift, &mut random));
+        // What is known before is as wrong as a difference of two walks.
+        let known = rough.differences(&mut random);
+        let found = Regression::new(&walks, &known).unwrap();
+        for roughness in &found.roughness(&whitening)[..2] {
+            assert!((roughness / 0.09 - 1.0).abs() < 0.1, "{roughness}");
+        }
+        let z = DVector::from_vec(vec![0.5, -0.2, 0.1, 0.4]);
+        for (k, shift) in [0.0, 2.0].into_iter().enumerate() {
+            let walk = found.of(k);
+            let off = walk.residual(&z) - rough.mean(&z, shift);
+            let rows = off.len() as f64;
+            let variance = whitening.squares(&off).iter().sum::<f64>() / rows / 0.09;
+            let expected = walk.variance_at(&z);
+            assert!(
+                (0.5..2.0).contains(&(variance / expected)),
+                "{variance} {expected}"
+            );
+            let before = whitening.apply(&(&known - &rough.jacobian)).norm();
+            let after = whitening.apply(&(&walk.jacobian - &rough.jacobian)).norm();
+            assert!(after < 0.2 * before, "{after} {before}");
+        }
+    }
+
+    #[test]
+    fn walks_of_one_hypothesis_tell_what_another_has_in_common_with_it() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let rough = Rough::new(0.3, 4, &mut random);
+        let known = rough.differences(&mut random);
+        let mut slopes_of = |others: usize| {
+            let walks: Vec<Walks> = (0..=others)
+                .map(|_| rough.walks(24, 0.0, &mut random))
+                .collect();
+            let found = Regression::new(&walks, &known).unwrap();
+            found.of(0).covariance_of_slopes().trace()
+        };
+        let (alone, beside_three) = (slopes_of(0), slopes_of(3));
+        assert!(beside_three < 0.4 * alone, "{beside_three} {alone}");
+    }
+
+    #[test]
+    fn without_walks_nothing_is_found() {
+        let rough = Rough::new(0.3, 2, &mut ChaCha8Rng::seed_from_u64(5));
+        assert!(Regression::new(&[], &rough.jacobian).is_none());
+    }
+}
