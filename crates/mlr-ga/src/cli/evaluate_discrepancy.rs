@@ -11,7 +11,7 @@ use mlr_ga::{
 };
 use mlr_imu::{Columns, read_log};
 use mlr_model::{Gait, LostLinks, Robot};
-use mlr_residual::walk::{CalibratedWalk, WalkModel};
+use mlr_residual::walk::{CalibratedWalk, Simulated, WalkModel};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -34,6 +34,9 @@ pub(super) struct EvaluateDiscrepancyOptions {
     /// existing file is never overwritten.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Take the mean of many walks about the most probable parameters in place of a single one.
+    #[arg(long)]
+    means: bool,
     /// All settings of the explanation, in TOML.
     #[arg(long, value_name = "FILE")]
     explanation: Option<PathBuf>,
@@ -69,13 +72,17 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
         truths.extend(read_effects_truths(directory, &robot.layout())?);
     }
     truths.retain(|truth| truth.effects.is_empty());
+    let simulated = match options.means {
+        true => Simulated::Mean,
+        false => Simulated::Once,
+    };
     let bar = Bar::of_logs(truths.len());
     let walks = truths
         .par_iter()
         .map(|truth| {
             let own = options.own_robots.of(&truth.log.name)?;
             let robot = own.as_ref().unwrap_or(&robot);
-            let walk = calibrated(truth, robot, &gait, &settings);
+            let walk = calibrated(truth, robot, &gait, simulated, &settings);
             mlr_residual::Progress::advance(&bar);
             walk.with_context(|| truth.log.log.display().to_string())
         })
@@ -96,6 +103,7 @@ fn calibrated(
     truth: &EffectsTruth,
     robot: &Robot,
     gait: &Gait,
+    simulated: Simulated,
     settings: &EvidenceSettings,
 ) -> anyhow::Result<Option<Walk>> {
     let recording = read_log(&truth.log.log, &Columns::default())?;
@@ -116,7 +124,9 @@ fn calibrated(
     let simulation = from_the_start.simulation;
     let nominal = WalkModel::nominal(robot.clone(), gait.clone(), simulation);
     let morphology = &truth.log.morphology;
-    let walk = CalibratedWalk::new(&record, &nominal, morphology, lost_links, settings)?;
+    let walk = CalibratedWalk::new(
+        &record, &nominal, morphology, lost_links, simulated, settings,
+    )?;
     Ok(walk.map(|walk| Walk {
         log: name(&truth.log.log),
         morphology: morphology.to_string(),

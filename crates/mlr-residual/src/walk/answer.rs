@@ -21,18 +21,32 @@ use super::{
 use crate::{Posterior, Progress};
 
 /// How a walk is explained.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct EvidenceSettings {
     /// How robots of one make differ.
     pub nuisance: NuisanceSettings,
-    /// What the right model gets wrong.
+    /// What a walk of the right model gets wrong.
     pub discrepancy: Discrepancy,
+    /// What the mean of its walks gets wrong.
+    pub mean_discrepancy: Discrepancy,
     /// How probable effects are before the record is seen.
     pub prior: EffectPrior,
     /// How much is tried.
     pub effort: Effort,
+}
+
+impl Default for EvidenceSettings {
+    fn default() -> Self {
+        Self {
+            nuisance: NuisanceSettings::default(),
+            discrepancy: Discrepancy::default(),
+            mean_discrepancy: Discrepancy::of_means(),
+            prior: EffectPrior::default(),
+            effort: Effort::default(),
+        }
+    }
 }
 
 impl EvidenceSettings {
@@ -47,6 +61,9 @@ impl EvidenceSettings {
         self.discrepancy
             .check()
             .map_err(|error| error.under("discrepancy"))?;
+        self.mean_discrepancy
+            .check()
+            .map_err(|error| error.under("mean_discrepancy"))?;
         self.prior.check().map_err(|error| error.under("prior"))?;
         self.effort.check().map_err(|error| error.under("effort"))
     }
@@ -78,6 +95,7 @@ pub fn explain_walk(
     let identified = suspects.first().ok_or(WalkError::Diverged)?;
     let observation = Observation::new(record, &settings.discrepancy, nominal.gait.period_s);
     let beginning = Observation::of_beginning(record, &settings.discrepancy, nominal.gait.period_s);
+    let of_means = Observation::new(record, &settings.mean_discrepancy, nominal.gait.period_s);
     let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
     let of = |observation| Setting {
         observation,
@@ -91,6 +109,7 @@ pub fn explain_walk(
     let search = Search {
         setting: of(&observation),
         beginning: of(&beginning),
+        of_means: &of_means,
         prior: settings.prior,
         effort: settings.effort,
         kinds,

@@ -4,10 +4,15 @@
 use mlr_filter::SettingError;
 use mlr_model::{LostLinks, Morphology};
 use nalgebra::DVectorView;
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::{
     EvidenceSettings, Nuisance, NuisancePrior, Observation, WalkModel, WalkRecord,
+    discrepancy::Scatter,
+    evidence::Fit,
+    mean_walk::MeanWalks,
     search::base::{Base, Setting},
 };
 
@@ -34,6 +39,9 @@ pub struct CalibratedWalk {
     pub turning_spread_dps: f64,
     /// Measured less predicted roll, pitch and yaw.
     pub residual_deg: [Vec<f64>; 3],
+    /// How single walks scatter about their mean in roll, pitch and yaw: errors whose products with themselves
+    /// sum to the covariance. None where no mean was taken.
+    pub scatter_deg: Vec<[Vec<f64>; 3]>,
     /// The nuisance parameters.
     pub parameters: Vec<CalibratedParameter>,
     /// Logarithm of the evidence under the present discrepancy.
@@ -52,6 +60,15 @@ pub struct CalibratedParameter {
     pub sensitivity_deg: [Vec<f64>; 3],
 }
 
+/// Whose residual it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Simulated {
+    /// A walk with the most probable parameters.
+    Once,
+    /// The mean of walks about these.
+    Mean,
+}
+
 impl CalibratedWalk {
     /// Fits the nuisance parameters; `None` when the robot does not walk.
     ///
@@ -62,6 +79,7 @@ impl CalibratedWalk {
         nominal: &WalkModel,
         morphology: &Morphology,
         lost_links: LostLinks,
+        simulated: Simulated,
         settings: &EvidenceSettings,
     ) -> Result<Option<Self>, SettingError> {
         settings.check()?;
@@ -74,14 +92,38 @@ impl CalibratedWalk {
             nominal,
         };
         let base = Base::new(setting, morphology, lost_links, 0.0, None).and_then(Base::settled);
-        Ok(base.map(|base| Self::of(record, &observation, &base, period_s)))
+        let Some(base) = base else { return Ok(None) };
+        let walker = base.with(Vec::new());
+        let single = base.fit(&walker);
+        let (fit, scatter) = match simulated {
+            Simulated::Once => (single, None),
+            Simulated::Mean => {
+                let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
+                let generator = ChaCha8Rng::seed_from_u64(0);
+                let mut averaged = MeanWalks::new(
+                    [(&walker, &single)],
+                    &base.jacobian,
+                    walker.spread(&base.jacobian),
+                    &base.whitening,
+                    &of_means,
+                    &generator,
+                )
+                .averaged();
+                let Some(fit) = averaged.fits.pop().flatten() else {
+                    return Ok(None);
+                };
+                (fit, averaged.scatter)
+            }
+        };
+        Ok(Some(Self::of(record, &observation, &base, &fit, scatter)))
     }
 
     fn of(
         record: &WalkRecord,
         observation: &Observation<'_>,
         base: &Base<'_>,
-        period_s: f64,
+        fit: &Fit,
+        scatter: Option<Scatter>,
     ) -> Self {
         let by_axis = |errors: DVectorView<'_, f64>| -> [Vec<f64>; 3] {
             let n = observation.samples_of_an_axis();
@@ -92,8 +134,8 @@ impl CalibratedWalk {
             .into_iter()
             .map(Nuisance::name);
         let parameters = names
-            .zip(base.reference.z.iter())
-            .zip(base.jacobian.column_iter());
+            .zip(fit.walked.z.iter())
+            .zip(fit.jacobian.column_iter());
         let spread = walker.spread(&base.jacobian);
         let start_s = record.start_s();
         let times_s = observation.times_s();
@@ -103,13 +145,18 @@ impl CalibratedWalk {
                 .times_s()
                 .first()
                 .map_or(0.0, |first_s| start_s - first_s),
-            period_s,
+            period_s: fit.walked.model.gait.period_s,
             swing_deg: record.swing_deg(),
             yaw_swing_deg: record.yaw_swing_deg(),
             turned_dps: record.turned_dps(),
             spread_deg: spread.tilt_deg,
             turning_spread_dps: spread.turning_dps,
-            residual_deg: by_axis(base.reference.residual.column(0)),
+            residual_deg: by_axis(fit.residual.column(0)),
+            scatter_deg: scatter
+                .iter()
+                .flat_map(|scatter| scatter.0.column_iter())
+                .map(by_axis)
+                .collect(),
             parameters: parameters
                 .map(|((name, z_score), sensitivity)| CalibratedParameter {
                     name,
@@ -117,7 +164,7 @@ impl CalibratedWalk {
                     sensitivity_deg: by_axis(sensitivity),
                 })
                 .collect(),
-            ln_evidence: base.ln_evidence(),
+            ln_evidence: fit.ln_evidence,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The model's own error: how the walk of the right model differs from the robot's.
 
 use mlr_filter::SettingError;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
 use serde::{Deserialize, Serialize};
 
 use super::{WalkRecord, observation::GROUPS};
@@ -68,6 +68,10 @@ pub struct AxisDiscrepancy {
     /// What is added to it where robots of one make spread: times the logarithm of 1 and this spread
     /// of roll and pitch in degrees.
     pub ln_scale_spread: f64,
+    /// How far the mean walk errs where single walks scatter about it, in units of their scatter. Counts only
+    /// where means of walks are compared.
+    #[serde(default)]
+    pub scatter_share: f64,
 }
 
 /// Standard deviation of the rate of turning.
@@ -109,14 +113,25 @@ const ANY_YAW_DEG: f64 = 180.0;
 const GYROSCOPE_DEG_PER_SQRT_S: f64 = 0.004;
 
 impl Default for Discrepancy {
-    /// What was learned of the embedded robot.
+    /// What was learned of single walks of the embedded robot.
     fn default() -> Self {
-        let text = include_str!("../../../../data/discrepancy/jethexa.toml");
-        Self::from_toml(text).unwrap_or_else(|error| unreachable!("the embedded table: {error}"))
+        Self::embedded(include_str!("../../../../data/discrepancy/jethexa.toml"))
     }
 }
 
 impl Discrepancy {
+    /// What was learned of means of walks of the embedded robot.
+    #[must_use]
+    pub fn of_means() -> Self {
+        Self::embedded(include_str!(
+            "../../../../data/discrepancy/jethexa-mean.toml"
+        ))
+    }
+
+    fn embedded(text: &str) -> Self {
+        Self::from_toml(text).unwrap_or_else(|error| unreachable!("the embedded table: {error}"))
+    }
+
     /// Reads a table.
     ///
     /// # Errors
@@ -175,7 +190,8 @@ impl AxisDiscrepancy {
         check("irregular_s", self.irregular_s, 1e-3..=1e3, "s")?;
         let deviation = self.ln_scale_deviation;
         check("ln_scale_deviation", deviation, 1e-3..=10.0, "")?;
-        check("ln_scale_spread", self.ln_scale_spread, 0.0..=10.0, "")
+        check("ln_scale_spread", self.ln_scale_spread, 0.0..=10.0, "")?;
+        check("scatter_share", self.scatter_share, 0.0..=100.0, "")
     }
 
     /// What the right model usually leaves of a body that swings so far where robots spread little: what
@@ -284,9 +300,14 @@ impl Correlations {
         ]
     }
 
-    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, squared
-    /// degrees.
-    pub(crate) fn covariance(&self, axis: usize, spread: Spread) -> DMatrix<f64> {
+    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, and single walks
+    /// scatter so about the mean that is compared, squared degrees.
+    pub(crate) fn covariance(
+        &self,
+        axis: usize,
+        spread: Spread,
+        scatter: Option<&Scatter>,
+    ) -> DMatrix<f64> {
         let (of_axis, parts, swing_deg) = match axis {
             2 => (&self.discrepancy.yaw, &self.axes[1], self.swing_deg[1]),
             _ => (&self.discrepancy.tilt, &self.axes[0], self.swing_deg[0]),
@@ -303,6 +324,10 @@ impl Correlations {
         sum += variance(of_axis.constant) * &parts.walking;
         sum += variance(of_axis.periodic) * &parts.periodic;
         sum += variance(of_axis.irregular) * &parts.irregular;
+        if let Some(scatter) = scatter {
+            let of_axis_deg = of_axis.scatter_share * scatter.of_axis(axis, sum.nrows());
+            sum += &of_axis_deg * of_axis_deg.transpose();
+        }
         let base = of_axis.white.base_deg * of_axis.white.base_deg;
         for k in 0..sum.nrows() {
             let walking = parts.walking[(k, k)];
@@ -416,6 +441,18 @@ pub(crate) struct Spread {
     pub(crate) turning_dps: f64,
 }
 
+/// How single walks scatter about their mean: errors whose products with themselves sum to the
+/// covariance, a column each.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Scatter(pub(crate) DMatrix<f64>);
+
+impl Scatter {
+    /// The rows of an axis of so many samples.
+    fn of_axis(&self, axis: usize, samples: usize) -> DMatrixView<'_, f64> {
+        self.0.rows(axis * samples, samples)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -457,7 +494,7 @@ mod tests {
             // Whitened errors of roll and pitch that are so many times as large as usual.
             let squares = [2.0 * n * scale * scale, n, 3.0];
             let ln = |unknown: Unknown| {
-                let usual = observation.whitening(spread).unwrap();
+                let usual = observation.whitening(spread, None).unwrap();
                 let whitening = observation.with_unknown(&usual, spread, unknown);
                 whitening.ln_density(squares, observation.len()).0
             };

@@ -360,7 +360,7 @@ impl<'a> Walker<'a> {
     /// For errors of a walk with these sensitivities; `None` where their covariance is not positive
     /// definite.
     pub(crate) fn whitening(&self, jacobian: &DMatrix<f64>) -> Option<Whitening> {
-        self.observation.whitening(self.spread(jacobian))
+        self.observation.whitening(self.spread(jacobian), None)
     }
 
     /// Change of the prediction per unit of each coordinate. What makes a walk diverge changes

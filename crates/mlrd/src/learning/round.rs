@@ -6,7 +6,7 @@ use mlr_ga::{
     IdentifySettings, Model, WalkOrigin, calibrate, walk_record,
 };
 use mlr_model::{Gait, LostLinks, Morphology, Robot};
-use mlr_residual::walk::{CalibratedWalk, EvidenceSettings, WalkModel};
+use mlr_residual::walk::{CalibratedWalk, EvidenceSettings, Simulated, WalkModel};
 use thiserror::Error;
 
 use super::forgetting::aged;
@@ -148,8 +148,14 @@ impl Round<'_> {
         let simulation = identification.simulation.clone();
         let model = WalkModel::nominal(robot.clone(), self.gait.clone(), simulation);
         let whole = Morphology::healthy(&robot.layout());
-        let walk =
-            CalibratedWalk::new(&record, &model, &whole, LostLinks::Absent, self.explanation)?;
+        let walk = CalibratedWalk::new(
+            &record,
+            &model,
+            &whole,
+            LostLinks::Absent,
+            Simulated::Once,
+            self.explanation,
+        )?;
         Ok(walk.map_or(f64::NEG_INFINITY, |walk| walk.ln_evidence))
     }
 

@@ -9,7 +9,12 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use self::regression::{Draw, Regression, Walks};
-use super::{evidence::Fit, hypothesis::Walker, observation::Whitening};
+use super::{
+    discrepancy::{Scatter, Spread},
+    evidence::Fit,
+    hypothesis::Walker,
+    observation::{Observation, Whitening},
+};
 use crate::{laplace, statistics::median};
 
 /// Walks of all hypotheses on a robot together that are drawn every time.
@@ -39,11 +44,23 @@ const APART: f64 = 3.0;
 /// ecological dynamic systems".
 pub(crate) struct MeanWalks<'w, 'a> {
     hypotheses: Vec<Sampled<'w, 'a>>,
-    whitening: &'w Whitening,
+    of_means: &'w Observation<'w>,
+    spread: Spread,
+    /// For errors of single walks at first, then for those of the mean of all walks so far.
+    whitening: Whitening,
     /// Change of the prediction per unit of each of the robot's own coordinates, as known before.
     known: &'w DMatrix<f64>,
     /// Every hypothesis takes its draws from the same: what differs is the hypothesis.
     generator: &'w ChaCha8Rng,
+}
+
+/// What means of walks say of the hypotheses on a robot.
+pub(crate) struct Averaged {
+    /// In their order; `None` of a hypothesis most of whose neighbours do not walk.
+    pub(crate) fits: Vec<Option<Fit>>,
+    /// For errors of the means.
+    pub(crate) whitening: Whitening,
+    pub(crate) scatter: Option<Scatter>,
 }
 
 /// A hypothesis with its most probable parameters by the walks so far; `None` when most of them do not walk.
@@ -55,11 +72,14 @@ struct Sampled<'w, 'a> {
 }
 
 impl<'w, 'a> MeanWalks<'w, 'a> {
-    /// Of these hypotheses about their fits; `known` has the sensitivities of the robot's own coordinates.
+    /// Of these hypotheses about their fits to single walks, whose errors `whitening` is for; `known` has the
+    /// sensitivities of the robot's own coordinates, by which robots of one make spread so far.
     pub(crate) fn new(
         fitted: impl IntoIterator<Item = (&'w Walker<'a>, &'w Fit)>,
         known: &'w DMatrix<f64>,
-        whitening: &'w Whitening,
+        spread: Spread,
+        whitening: &Whitening,
+        of_means: &'w Observation<'w>,
         generator: &'w ChaCha8Rng,
     ) -> Self {
         let own = known.ncols();
@@ -76,15 +96,17 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         });
         Self {
             hypotheses: hypotheses.collect(),
-            whitening,
+            of_means,
+            spread,
+            whitening: whitening.clone(),
             known,
             generator,
         }
     }
 
-    /// The fits by the mean of their walks, in their order; `None` of a hypothesis most of whose neighbours do
-    /// not walk.
-    pub(crate) fn fits(mut self) -> Vec<Option<Fit>> {
+    /// Draws walks, and fits their means.
+    pub(crate) fn averaged(mut self) -> Averaged {
+        let mut scatter = None;
         let own = self.known.ncols();
         let first_fits = self.hypotheses.iter().map(|one| one.fit.as_ref());
         let mut walks: Vec<Walks> = first_fits
@@ -111,6 +133,11 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
             let Some(regression) = Regression::new(&walks, self.known) else {
                 break;
             };
+            let scattered = regression.scatter();
+            let of_means = self.of_means.whitening(self.spread, Some(&scattered));
+            let Some(of_means) = of_means else { break };
+            self.whitening = of_means;
+            scatter = Some(scattered);
             let fits: Vec<Option<Fit>> = (0..walks.len())
                 .into_par_iter()
                 .map(|k| self.most_probable(k, &regression))
@@ -119,7 +146,11 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
                 one.fit = fit;
             }
         }
-        self.hypotheses.into_iter().map(|one| one.fit).collect()
+        Averaged {
+            fits: self.hypotheses.into_iter().map(|one| one.fit).collect(),
+            whitening: self.whitening,
+            scatter,
+        }
     }
 
     /// Walks of the posterior of a hypothesis; `None` where fewer than half walk.
@@ -176,7 +207,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         let centre = &one.fit.as_ref()?.walked.z;
         let within_bounds = |z: &mut DVector<f64>| one.walker.clamp(z);
         let mean = regression.of(index);
-        let whitening = self.whitening;
+        let whitening = &self.whitening;
         let roughness = regression.roughness(whitening);
         let found = mean.integrated(centre, &one.counting, within_bounds, whitening, roughness);
         Some(Fit {

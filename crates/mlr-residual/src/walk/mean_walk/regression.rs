@@ -5,7 +5,10 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::linear_walk::LinearWalk;
-use crate::walk::observation::{GROUPS, Whitening};
+use crate::walk::{
+    discrepancy::Scatter,
+    observation::{GROUPS, Whitening},
+};
 
 /// A walk with its coordinates.
 #[derive(Debug, Clone)]
@@ -109,6 +112,11 @@ impl Regression {
             let count = rows.len().max(1) as f64 * self.freedom;
             whitened.rows_range(rows).norm_squared() / count
         })
+    }
+
+    /// How single walks scatter about the mean.
+    pub(super) fn scatter(&self) -> Scatter {
+        Scatter(&self.left / self.freedom.sqrt())
     }
 
     /// That of the hypothesis with this index.

@@ -20,7 +20,7 @@ pub(super) fn whitening() -> Whitening {
         tilt_deg: 0.3,
         turning_dps: 0.5,
     };
-    observation.whitening(spread).unwrap()
+    observation.whitening(spread, None).unwrap()
 }
 
 /// A robot whose walks are a linear function of its coordinates, and each a little off it.

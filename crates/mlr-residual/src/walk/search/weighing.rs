@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Judged, Search, base::Base, least_ln_weight, race::likeliest, sort_judged};
+use super::{Judged, Search, least_ln_weight, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
@@ -57,13 +57,22 @@ impl<'a> Search<'a, '_> {
         // The same draws for all.
         let generator = ChaCha8Rng::seed_from_u64(0);
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
-        let fits = MeanWalks::new(fitted, &base.jacobian, &base.whitening, &generator).fits();
-        let each = on_one_robot.into_iter().zip(fits);
+        let averaged = MeanWalks::new(
+            fitted,
+            &base.jacobian,
+            spread,
+            &base.whitening,
+            self.of_means,
+            &generator,
+        )
+        .averaged();
+        let whitening = &averaged.whitening;
+        let each = on_one_robot.into_iter().zip(averaged.fits);
         each.map(|(one, fit)| {
             self.progress.advance();
             match fit {
                 Some(fit) => Judged {
-                    ln_gain_of_unknown: Some(ln_gain_of_unknown(&base, &fit, spread)),
+                    ln_gain_of_unknown: Some(self.ln_gain_of_unknown(&fit, whitening, spread)),
                     ..self.judge(&base, one.walker, fit)
                 },
                 // Most of its neighbours do not walk.
@@ -75,18 +84,17 @@ impl<'a> Search<'a, '_> {
         })
         .collect()
     }
-}
 
-/// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over the places
-/// where it may act.
-fn ln_gain_of_unknown(base: &Base<'_>, fit: &Fit, spread: Spread) -> f64 {
-    let ln = |whitening: &Whitening| {
-        ln_evidence(whitening, &fit.residual, &fit.walked.z, &fit.jacobian).0
-    };
-    let (observation, usual) = (base.setting.observation, &base.whitening);
-    let with = |unknown| ln(&observation.with_unknown(usual, spread, unknown));
-    let anywhere = Unknown::ANYWHERE.map(with);
-    ln_mean(anywhere.into_iter(), anywhere.len()) - ln(usual)
+    /// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over the places
+    /// where it may act.
+    fn ln_gain_of_unknown(&self, fit: &Fit, usual: &Whitening, spread: Spread) -> f64 {
+        let ln = |whitening: &Whitening| {
+            ln_evidence(whitening, &fit.residual, &fit.walked.z, &fit.jacobian).0
+        };
+        let with = |unknown| ln(&self.of_means.with_unknown(usual, spread, unknown));
+        let anywhere = Unknown::ANYWHERE.map(with);
+        ln_mean(anywhere.into_iter(), anywhere.len()) - ln(usual)
+    }
 }
 
 /// The likeliest fit of each hypothesis, the likeliest hypothesis first.
