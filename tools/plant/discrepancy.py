@@ -3,9 +3,12 @@
     python tools/plant/draw.py undisturbed --seed 1001 --count 60 -o undisturbed-1001
     mlr-ga evaluate-discrepancy undisturbed-1001 -o walks.json
     python tools/plant/discrepancy.py walks.json -o data/discrepancy/jethexa.toml
+    mlr-ga evaluate-discrepancy --means undisturbed-1001 -o means.json
+    python tools/plant/discrepancy.py means.json -o data/discrepancy/jethexa-mean.toml
 
 `walks.json` holds, for each walk, what the model of the right robot leaves when its nuisance
-parameters are fitted, and its sensitivities to these. The parameters of the Gaussian process in
+parameters are fitted, and its sensitivities to these; `means.json` what the mean of such walks leaves, and how
+single walks scatter about it. The parameters of the Gaussian process in
 `crates/mlr-residual/src/walk/discrepancy.rs` are those that make all residuals together most
 probable, the nuisance parameters integrated out (type-II maximum likelihood): amplitudes first,
 then how the scale of the errors is distributed. They are found by a pattern
@@ -23,12 +26,14 @@ from scipy.linalg import solve_triangular
 HARMONICS = 8
 ANY_YAW_DEG = 180.0
 GYROSCOPE_DEG_PER_SQRT_S = 0.004
-SCALES = 2.0 ** np.arange(-1.5, 5.1, 0.5)
+SCALES = 2.0 ** np.arange(-3.0, 5.1, 0.5)  # smaller ones than in the program: amplitudes may begin too large
 ANY_SCALE = np.where(SCALES >= 1.0, -np.log((SCALES >= 1.0).sum()), -np.inf)
 UNUSUAL = 0.05  # share of robots whose walk the engine does not meet, for no known reason
 PARTS = ("constant", "periodic", "irregular")
 AMPLITUDE = ("base_deg", "swing_share", "spread_share")
-PRIOR_SPREAD = 1.5  # of the logarithm of each parameter about where the search starts
+OF_AXIS = ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread", "scatter_share")
+REWEIGHTINGS = 6  # times that nuisance parameters and scales are found from each other
+PRIOR_SPREAD = 2.0  # of the logarithm of each parameter about where the search starts
 
 
 def starting_point():
@@ -37,7 +42,7 @@ def starting_point():
         values[f"{axis}.white"] = {"base_deg": 0.01, "swing_share": 0.002, "spread_share": 0.01}
         for part in PARTS:
             values[f"{axis}.{part}"] = {"base_deg": 0.03, "swing_share": 0.01, "spread_share": 0.2}
-        values[axis] = {"harmonic_decay": 0.5, "coherence_s": 4.0, "irregular_s": 0.3, "ln_scale_deviation": 0.5, "ln_scale_spread": 0.2}
+        values[axis] = dict(zip(OF_AXIS, (0.5, 4.0, 0.3, 0.3, 0.2, 1.0)))
     values["turning"] = {"base_dps": 0.4, "share": 0.1, "spread_share": 0.3}
     values["all"] = {"largest_spread_deg": 4.0}
     return {f"{group}.{name}": value for group, names in values.items() for name, value in names.items()}
@@ -50,13 +55,16 @@ NAMES = list(START)
 class Walk:
     """One walk, with what of its covariance does not depend on the parameters."""
 
-    def __init__(self, walk):
+    def __init__(self, walk, with_scatter):
         self.t = np.array(walk["walked_s"])
         self.period_s, self.spread_deg = walk["period_s"], walk["spread_deg"]
         self.swing_deg = [walk["swing_deg"], walk["swing_deg"], walk["yaw_swing_deg"]]
         self.turned_dps, self.turning_spread_dps = walk["turned_dps"], walk["turning_spread_dps"]
+        columns = [np.array([column[axis] for column in walk["scatter_deg"]]) for axis in range(3)]
+        self.is_mean = with_scatter and len(walk["scatter_deg"]) > 0
+        self.scatter = [c.T @ c if self.is_mean else 0.0 for c in columns]
         self.residual = np.array(walk["residual_deg"])
-        self.z2 = sum(p["z_score"] ** 2 for p in walk["parameters"])
+        self.z = np.array([p["z_score"] for p in walk["parameters"]])
         self.sensitivity = np.array([p["sensitivity_deg"] for p in walk["parameters"]])
         walks = self.t > 0.0
         self.walks = np.outer(walks, walks).astype(float)
@@ -85,6 +93,7 @@ class Walk:
         base = p[f"{name}.white.base_deg"] ** 2
         white = base + np.diag(self.walks) * (variance("white") - base)
         total = self.noise + self.walks * walking + np.diag(white)
+        total = total + p[f"{name}.scatter_share"] ** 2 * self.scatter[axis]
         if axis == 2:
             total += ANY_YAW_DEG**2
             spread_dps = p["turning.spread_share"] * self.turning_spread_dps
@@ -93,11 +102,11 @@ class Walk:
         return total
 
     def ln_evidence(self, p, is_robust):
-        count = self.sensitivity.shape[0]
-        ln_density, normal = -0.5 * self.z2, np.eye(count)
+        """By Laplace's approximation; the walk is linear in its nuisance parameters."""
         # Roll and pitch have a scale of the errors in common, yaw has its own.
+        groups = []
         for axes, axes_name in ((0, 1), "tilt"), ((2,), "yaw"):
-            curvature, square = np.zeros((count, count)), 0.0
+            products, ln_determinant = 0.0, 0.0
             for axis in axes:
                 try:
                     factor = np.linalg.cholesky(self.covariance(p, axis))
@@ -105,15 +114,24 @@ class Walk:
                     return -1e9
                 columns = np.column_stack([self.sensitivity[:, axis].T, self.residual[axis]])
                 white = solve_triangular(factor, columns, lower=True)
-                curvature += white[:, :-1].T @ white[:, :-1]
-                square += white[:, -1] @ white[:, -1]
-                ln_density -= np.log(np.diag(factor)).sum()
+                products = products + white.T @ white
+                ln_determinant += np.log(np.diag(factor)).sum()
             wide = p[f"{axes_name}.ln_scale_deviation"] + p[f"{axes_name}.ln_scale_spread"] * np.log1p(self.spread_deg)
-            terms = ln_scale_prior(wide, is_robust) - 0.5 * square / SCALES**2
-            terms -= len(axes) * len(self.t) * np.log(SCALES)
-            total = np.logaddexp.reduce(terms)
-            ln_density += total
-            normal += (np.exp(terms - total) / SCALES**2).sum() * curvature
+            ln_scales = ln_scale_prior(wide, is_robust) - len(axes) * len(self.t) * np.log(SCALES)
+            groups.append((products, ln_scales, ln_determinant))
+        count = self.sensitivity.shape[0]
+        step, z = np.zeros(count), self.z
+        for _ in range(REWEIGHTINGS):
+            ln_density, normal, slope = -0.5 * ((z + step) ** 2).sum(), np.eye(count), -z
+            for products, ln_scales, ln_determinant in groups:
+                at = np.append(-step, 1.0)
+                terms = ln_scales - 0.5 * (at @ products @ at) / SCALES**2
+                total = np.logaddexp.reduce(terms)
+                ln_density += total - ln_determinant
+                precision = (np.exp(terms - total) / SCALES**2).sum()
+                normal += precision * products[:-1, :-1]
+                slope = slope + precision * products[:-1, -1]
+            step = np.linalg.solve(normal, slope)
         return ln_density - 0.5 * np.linalg.slogdet(normal)[1]
 
 
@@ -130,13 +148,21 @@ def ln_scale_prior(wide, is_robust):
 walks = []
 
 
-def load(paths):
-    walks[:] = [Walk(walk) for path in paths for walk in json.load(open(path))["walks"]]
+def load(paths, with_scatter):
+    walks[:] = [Walk(walk, with_scatter) for path in paths for walk in json.load(open(path))["walks"]]
 
 
 def of_walk(job):
     index, x, is_robust = job
     return walks[index].ln_evidence(dict(zip(NAMES, np.exp(x))), is_robust)
+
+
+def together(free):
+    """Which parameters move at once: each alone, and what amplitudes of one axis have in common; a scale that
+    all robots have is an amplitude that no part has alone."""
+    named = [[k for k in free if NAMES[k].startswith(axis) and NAMES[k].endswith(end)]
+             for axis in ("tilt", "yaw") for end in (*AMPLITUDE, tuple(AMPLITUDE))]
+    return [[k] for k in free] + [group for group in named if group]
 
 
 def search(pool, sweeps, x, free, is_robust):
@@ -147,23 +173,24 @@ def search(pool, sweeps, x, free, is_robust):
         prior = 0.5 * ((x - start)[free] ** 2).sum() / PRIOR_SPREAD**2
         return prior - sum(pool.map(of_walk, [(k, x, is_robust) for k in range(len(walks))], chunksize=4))
 
-    x, step, random = x.copy(), np.full(len(x), 0.7), np.random.default_rng(1)
+    moves = together(free)
+    x, step, random = x.copy(), np.full(len(moves), 0.7), np.random.default_rng(1)
     best = cost(x)
     for sweep in range(sweeps):
         before = best
-        for k in random.permutation(free):
+        for move in random.permutation(len(moves)):
             for sign in (1.0, -1.0):
                 moved = x.copy()
-                moved[k] += sign * step[k]
+                moved[moves[move]] += sign * step[move]
                 tried = cost(moved)
                 if tried < best:
                     x, best = moved, tried
-                    step[k] *= 1.4
+                    step[move] *= 1.4
                     break
             else:
-                step[k] *= 0.5
+                step[move] *= 0.5
         print(f"sweep {sweep + 1}: ln evidence {-best:.1f}", flush=True)
-        if before - best < 1.0:
+        if before - best < 0.5 and step.max() < 0.2:
             break
     return x
 
@@ -175,7 +202,12 @@ def learned(pool, sweeps):
     of_spread = [k for k, name in enumerate(NAMES) if name.endswith("ln_scale_spread")]
     of_scale = [k for k, name in enumerate(NAMES) if "ln_scale" in name]
     x[of_spread] = np.log(1e-6)
-    x = search(pool, sweeps, x, [k for k in range(len(x)) if k not in of_spread], True)
+    of_amplitude = [k for k in range(len(x)) if k not in of_scale]
+    if not any(walk.is_mean for walk in walks):
+        of_scatter = [k for k, name in enumerate(NAMES) if name.endswith("scatter_share")]
+        x[of_scatter] = -np.inf
+        of_amplitude = [k for k in of_amplitude if k not in of_scatter]
+    x = search(pool, sweeps, x, of_amplitude, True)
     x[of_scale] = np.log([START[NAMES[k]] for k in of_scale])
     x = search(pool, sweeps, x, of_scale, False)
     return dict(zip(NAMES, np.exp(x)))
@@ -194,7 +226,7 @@ def table(p, power):
     lines += [f"{name} = {p[f'turning.{name}']:.4g}" for name in ("base_dps", "share", "spread_share")]
     for axis in ("tilt", "yaw"):
         lines += ["", f"[{axis}]"]
-        lines += [f"{name} = {p[f'{axis}.{name}']:.4g}" for name in ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread")]
+        lines += [f"{name} = {p[f'{axis}.{name}']:.4g}" for name in OF_AXIS]
         for part in ("white", *PARTS):
             lines.append(f"{part} = {{ " + ", ".join(f"{a} = {p[f'{axis}.{part}.{a}']:.4g}" for a in AMPLITUDE) + " }")
     return "\n".join(lines) + "\n"
@@ -204,11 +236,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("walks", nargs="+")
     parser.add_argument("-o", "--output", required=True)
-    parser.add_argument("--sweeps", type=int, default=14)
+    parser.add_argument("--sweeps", type=int, default=24)
     parser.add_argument("--power", type=float, default=0.2)
+    parser.add_argument("--without-scatter", action="store_true", help="as if single walks did not scatter, to compare")
     args = parser.parse_args()
-    load(args.walks)
-    with Pool(initializer=load, initargs=(args.walks,)) as pool:
+    of = (args.walks, not args.without_scatter)
+    load(*of)
+    with Pool(initializer=load, initargs=of) as pool:
         found = learned(pool, args.sweeps)
     with open(args.output, "w") as file:
         file.write(table(found, args.power))

@@ -108,6 +108,7 @@ const MAY_BE_ZERO: &[&str] = &[
     "explanation.discrepancy.tilt.periodic.",
     "explanation.discrepancy.tilt.irregular.",
     "explanation.discrepancy.tilt.ln_scale_spread",
+    "explanation.discrepancy.tilt.scatter_share",
     "explanation.discrepancy.yaw.harmonic_decay",
     "explanation.discrepancy.yaw.white.swing_share",
     "explanation.discrepancy.yaw.white.spread_share",
@@ -115,6 +116,7 @@ const MAY_BE_ZERO: &[&str] = &[
     "explanation.discrepancy.yaw.periodic.",
     "explanation.discrepancy.yaw.irregular.",
     "explanation.discrepancy.yaw.ln_scale_spread",
+    "explanation.discrepancy.yaw.scatter_share",
     "explanation.effort",
 ];
 
@@ -143,6 +145,8 @@ const MAY_BE_NEGATIVE: &[&str] = &[
 const MAY_BE_ANY: &[&str] = &["identification.simulation.terrain.roughness.seed"];
 
 fn is_among(keys: &[&str], path: &str) -> bool {
+    // Two tables of one type.
+    let path = path.replace("mean_discrepancy", "discrepancy");
     keys.iter().any(|key| path.starts_with(key))
 }
 

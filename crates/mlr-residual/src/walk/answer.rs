@@ -93,9 +93,12 @@ pub fn explain_walk(
 ) -> Result<WalkExplanation, WalkError> {
     settings.check()?;
     let identified = suspects.first().ok_or(WalkError::Diverged)?;
-    let observation = Observation::new(record, &settings.discrepancy, nominal.gait.period_s);
-    let beginning = Observation::of_beginning(record, &settings.discrepancy, nominal.gait.period_s);
-    let of_means = Observation::new(record, &settings.mean_discrepancy, nominal.gait.period_s);
+    let period_s = nominal.gait.period_s;
+    let (single, mean) = (&settings.discrepancy, &settings.mean_discrepancy);
+    let observation = Observation::new(record, single, period_s);
+    let of_means = Observation::new(record, mean, period_s);
+    let beginning = Observation::of_beginning(record, single, period_s);
+    let beginning_of_means = Observation::of_beginning(record, mean, period_s);
     let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
     let of = |observation| Setting {
         observation,
@@ -110,6 +113,7 @@ pub fn explain_walk(
         setting: of(&observation),
         beginning: of(&beginning),
         of_means: &of_means,
+        beginning_of_means: &beginning_of_means,
         prior: settings.prior,
         effort: settings.effort,
         kinds,

@@ -300,13 +300,12 @@ impl Correlations {
         ]
     }
 
-    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, and single walks
-    /// scatter so about the mean that is compared, squared degrees.
+    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, squared degrees.
     pub(crate) fn covariance(
         &self,
         axis: usize,
         spread: Spread,
-        scatter: Option<&Scatter>,
+        compared: Compared<'_>,
     ) -> DMatrix<f64> {
         let (of_axis, parts, swing_deg) = match axis {
             2 => (&self.discrepancy.yaw, &self.axes[1], self.swing_deg[1]),
@@ -324,9 +323,15 @@ impl Correlations {
         sum += variance(of_axis.constant) * &parts.walking;
         sum += variance(of_axis.periodic) * &parts.periodic;
         sum += variance(of_axis.irregular) * &parts.irregular;
-        if let Some(scatter) = scatter {
-            let of_axis_deg = of_axis.scatter_share * scatter.of_axis(axis, sum.nrows());
-            sum += &of_axis_deg * of_axis_deg.transpose();
+        let of_mean = of_axis.scatter_share;
+        let scattered = match compared {
+            Compared::Walk => None,
+            Compared::WalkOf(scatter) => Some((scatter, of_mean.hypot(1.0))),
+            Compared::MeanOf(scatter) => Some((scatter, of_mean)),
+        };
+        if let Some((scatter, share)) = scattered {
+            let errors = share * scatter.of_axis(axis, sum.nrows());
+            sum += &errors * errors.transpose();
         }
         let base = of_axis.white.base_deg * of_axis.white.base_deg;
         for k in 0..sum.nrows() {
@@ -453,6 +458,17 @@ impl Scatter {
     }
 }
 
+/// What is compared with a record.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Compared<'s> {
+    /// A walk.
+    Walk,
+    /// A walk whose neighbours scatter so.
+    WalkOf(&'s Scatter),
+    /// The mean of walks that scatter so.
+    MeanOf(&'s Scatter),
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -494,7 +510,7 @@ mod tests {
             // Whitened errors of roll and pitch that are so many times as large as usual.
             let squares = [2.0 * n * scale * scale, n, 3.0];
             let ln = |unknown: Unknown| {
-                let usual = observation.whitening(spread, None).unwrap();
+                let usual = observation.whitening(spread, Compared::Walk).unwrap();
                 let whitening = observation.with_unknown(&usual, spread, unknown);
                 whitening.ln_density(squares, observation.len()).0
             };

@@ -307,7 +307,9 @@ mod tests {
 
     use super::*;
     use crate::walk::{
-        Discrepancy, Observation, WalkRecord, discrepancy::Spread, record::tests::walking_record,
+        Discrepancy, Observation, WalkRecord,
+        discrepancy::{Compared, Spread},
+        record::tests::walking_record,
     };
 
     const SPREAD: Spread = Spread {
@@ -357,7 +359,7 @@ mod tests {
     fn the_evidence_of_a_linear_model_is_its_marginal_density() {
         let record = walking_record();
         let observation = Observation::new(&record, &of_known_scale(), 1.0);
-        let whitening = observation.whitening(SPREAD, None).unwrap();
+        let whitening = observation.whitening(SPREAD, Compared::Walk).unwrap();
         let covariance = observation.covariance(SPREAD);
         let exact = |parameters: usize| {
             let (residual, jacobian) = random_model(&record, parameters);
@@ -396,7 +398,7 @@ mod tests {
     fn a_parameter_that_explains_nothing_costs_its_freedom() {
         let record = walking_record();
         let observation = Observation::new(&record, &of_known_scale(), 1.0);
-        let whitening = observation.whitening(SPREAD, None).unwrap();
+        let whitening = observation.whitening(SPREAD, Compared::Walk).unwrap();
         let (_, jacobian) = random_model(&record, 2);
         let nothing = DVector::zeros(observation.len());
         let ln = |columns: usize| {
@@ -427,7 +429,7 @@ mod tests {
                 ..of_known_scale()
             };
             let observation = Observation::new(&record, &discrepancy, 1.0);
-            let whitening = observation.whitening(SPREAD, None).unwrap();
+            let whitening = observation.whitening(SPREAD, Compared::Walk).unwrap();
             let (residual, jacobian) = random_model(&record, 0);
             let ln = |residual: &DVector<f64>| {
                 ln_evidence(&whitening, residual, &DVector::zeros(0), &jacobian).0

@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{
-    Nuisance, NuisancePrior, Observation, Prediction, WalkModel, discrepancy::Spread,
-    observation::Whitening,
+    Nuisance, NuisancePrior, Observation, Prediction, WalkModel, discrepancy::Compared,
+    discrepancy::Spread, observation::Whitening,
 };
 use crate::walk_effects::{EffectParameter, Place, WalkEffect};
 
@@ -360,7 +360,8 @@ impl<'a> Walker<'a> {
     /// For errors of a walk with these sensitivities; `None` where their covariance is not positive
     /// definite.
     pub(crate) fn whitening(&self, jacobian: &DMatrix<f64>) -> Option<Whitening> {
-        self.observation.whitening(self.spread(jacobian), None)
+        self.observation
+            .whitening(self.spread(jacobian), Compared::Walk)
     }
 
     /// Change of the prediction per unit of each coordinate. What makes a walk diverge changes

@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn};
 
 use super::{
     Discrepancy, Prediction, WalkRecord,
-    discrepancy::{Correlations, Scatter, Spread, Unknown, turned_s},
+    discrepancy::{Compared, Correlations, Spread, Unknown, turned_s},
 };
 
 /// The samples that hypotheses are judged by.
@@ -177,7 +177,7 @@ impl<'a> Observation<'a> {
         let n = self.indices.len();
         let mut whole = DMatrix::zeros(self.len(), self.len());
         for axis in 0..3 {
-            let covariance = self.correlations.covariance(axis, spread, None);
+            let covariance = self.correlations.covariance(axis, spread, Compared::Walk);
             whole
                 .view_mut((axis * n, axis * n), (n, n))
                 .copy_from(&covariance);
@@ -188,12 +188,12 @@ impl<'a> Observation<'a> {
         whole
     }
 
-    /// For errors of a walk in which robots of one make spread so far, or of the mean of walks that scatter
-    /// so; `None` where their covariance is not positive definite.
-    pub(crate) fn whitening(&self, spread: Spread, scatter: Option<&Scatter>) -> Option<Whitening> {
+    /// For errors of what is compared where robots of one make spread so far; `None` where their covariance
+    /// is not positive definite.
+    pub(crate) fn whitening(&self, spread: Spread, compared: Compared<'_>) -> Option<Whitening> {
         let mut ln_determinant = 6.0 * self.rest_rate_dps.ln();
         let mut factor = |axis: usize| -> Option<DMatrix<f64>> {
-            let covariance = self.correlations.covariance(axis, spread, scatter);
+            let covariance = self.correlations.covariance(axis, spread, compared);
             let factor = Cholesky::<f64, Dyn>::new(covariance)?.unpack();
             ln_determinant += 2.0 * factor.diagonal().map(f64::ln).sum();
             Some(factor)

@@ -114,9 +114,14 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::walk::mean_walk::{
-        regression::{Regression, Walks},
-        tests::{Rough, whitening},
+    use crate::walk::{
+        Discrepancy, Observation,
+        discrepancy::{Compared, Scatter},
+        mean_walk::{
+            regression::{Regression, Walks},
+            tests::{Rough, SPREAD, whitening},
+        },
+        record::tests::walking_record,
     };
 
     const COORDINATES: usize = 20;
@@ -162,6 +167,41 @@ mod tests {
         // As found, the errors of single walks count as sensitivities, the more the fewer there are.
         assert!(few_as_found < -2.0, "{few_as_found}");
         assert!(many_as_found > few_as_found + 1.0, "{many_as_found}");
+    }
+
+    /// Mean and variance, over what walks are drawn, of the evidence of a robot whose single walks scatter so
+    /// far, in units of what the mean usually leaves.
+    fn evidence_by_draws(roughness: f64, compared: impl Fn(&Scatter) -> Compared<'_>) -> [f64; 2] {
+        const SEEDS: u64 = 12;
+        let record = walking_record();
+        let observation = Observation::new(&record, &Discrepancy::of_means(), 1.0);
+        let mut made = ChaCha8Rng::seed_from_u64(7);
+        let rough = Rough::new(roughness, COORDINATES, &mut made);
+        let known = rough.differences(&mut made);
+        let evidences = (0..SEEDS).map(|seed| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let walks: [Walks; 1] = [rough.walks(96, 0.0, &mut random)];
+            let regression = Regression::new(&walks, &known).unwrap();
+            let scatter = regression.scatter();
+            let whitening = observation.whitening(SPREAD, compared(&scatter)).unwrap();
+            let roughness = regression.roughness(&whitening);
+            ln_evidence(regression.of(0), &whitening, roughness)
+        });
+        let evidences = DVector::from_vec(evidences.collect());
+        [evidences.mean(), evidences.variance()]
+    }
+
+    #[test]
+    fn where_walks_scatter_widely_evidence_is_low_and_certain() {
+        let by_scatter = |roughness| evidence_by_draws(roughness, |s| Compared::MeanOf(s));
+        let (firm, tipping) = (by_scatter(0.1), by_scatter(10.0));
+        assert!(tipping[0] < firm[0] - 10.0, "{tipping:?} {firm:?}");
+        // The control: as if they did not, it is up to the walks that were drawn.
+        let as_if_firm = evidence_by_draws(10.0, |_| Compared::Walk);
+        assert!(
+            as_if_firm[1] > 30.0 * tipping[1],
+            "{tipping:?} {as_if_firm:?}"
+        );
     }
 
     #[test]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use self::regression::{Draw, Regression, Walks};
 use super::{
-    discrepancy::{Scatter, Spread},
+    discrepancy::{Compared, Scatter, Spread},
     evidence::Fit,
     hypothesis::Walker,
     observation::{Observation, Whitening},
@@ -23,6 +23,8 @@ const DRAWS: usize = 96;
 const LEAST_DRAWS: usize = 12;
 /// Times that walks are drawn, each time about the parameters that all so far make most probable.
 const TIMES: usize = 3;
+/// Walks by which it is found how they scatter, where no mean is taken.
+const SCATTERED: usize = 48;
 /// A walk that lies farther from the median than so many times the median distance has tipped, or gone
 /// another way.
 const APART: f64 = 3.0;
@@ -104,25 +106,25 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         }
     }
 
+    /// How walks of the hypotheses scatter about their means; `None` where they do not walk.
+    pub(crate) fn scatter(self) -> Option<Scatter> {
+        let mut walks = self.without_walks();
+        for (one, walks) in self.hypotheses.iter().zip(&mut walks) {
+            walks.draws = self.drawn(one, 0, SCATTERED)?;
+        }
+        Some(Regression::new(&walks, self.known)?.scatter())
+    }
+
     /// Draws walks, and fits their means.
     pub(crate) fn averaged(mut self) -> Averaged {
         let mut scatter = None;
-        let own = self.known.ncols();
-        let first_fits = self.hypotheses.iter().map(|one| one.fit.as_ref());
-        let mut walks: Vec<Walks> = first_fits
-            .map(|fit| Walks {
-                draws: Vec::new(),
-                known: fit.map_or_else(
-                    || DMatrix::zeros(0, 0),
-                    |fit| fit.jacobian.columns_range(own..).clone_owned(),
-                ),
-            })
-            .collect();
+        let mut walks = self.without_walks();
+        let each = (DRAWS / self.hypotheses.len().max(1)).max(LEAST_DRAWS);
         for time in 0..TIMES {
             let drawn: Vec<Option<Vec<Draw>>> = self
                 .hypotheses
                 .par_iter()
-                .map(|one| self.drawn(one, time))
+                .map(|one| self.drawn(one, time, each))
                 .collect();
             for ((one, walks), drawn) in self.hypotheses.iter_mut().zip(&mut walks).zip(drawn) {
                 match drawn {
@@ -134,7 +136,9 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
                 break;
             };
             let scattered = regression.scatter();
-            let of_means = self.of_means.whitening(self.spread, Some(&scattered));
+            let of_means = self
+                .of_means
+                .whitening(self.spread, Compared::MeanOf(&scattered));
             let Some(of_means) = of_means else { break };
             self.whitening = of_means;
             scatter = Some(scattered);
@@ -153,11 +157,24 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         }
     }
 
-    /// Walks of the posterior of a hypothesis; `None` where fewer than half walk.
-    fn drawn(&self, of: &Sampled<'_, '_>, time: usize) -> Option<Vec<Draw>> {
+    /// What is known of each hypothesis before any walk is drawn.
+    fn without_walks(&self) -> Vec<Walks> {
+        let own = self.known.ncols();
+        let fits = self.hypotheses.iter().map(|one| one.fit.as_ref());
+        fits.map(|fit| Walks {
+            draws: Vec::new(),
+            known: fit.map_or_else(
+                || DMatrix::zeros(0, 0),
+                |fit| fit.jacobian.columns_range(own..).clone_owned(),
+            ),
+        })
+        .collect()
+    }
+
+    /// So many walks of the posterior of a hypothesis; `None` where fewer than half walk.
+    fn drawn(&self, of: &Sampled<'_, '_>, time: usize, count: usize) -> Option<Vec<Draw>> {
         let fit = of.fit.as_ref()?;
-        let each = (DRAWS / self.hypotheses.len()).max(LEAST_DRAWS);
-        let normals = normals(of.walker.dimension(), self.generator, time, each);
+        let normals = normals(of.walker.dimension(), self.generator, time, count);
         let precision = laplace::precision(fit.curvature.clone());
         let upper = precision.cholesky()?.l().transpose();
         let draws: Vec<Draw> = normals

@@ -9,18 +9,21 @@ use super::{
     regression::{Draw, Walks},
 };
 use crate::walk::{
-    Discrepancy, Observation, discrepancy::Spread, observation::Whitening,
+    Discrepancy, Observation,
+    discrepancy::{Compared, Spread},
+    observation::Whitening,
     record::tests::walking_record,
+};
+
+pub(super) const SPREAD: Spread = Spread {
+    tilt_deg: 0.3,
+    turning_dps: 0.5,
 };
 
 pub(super) fn whitening() -> Whitening {
     let record = walking_record();
     let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
-    let spread = Spread {
-        tilt_deg: 0.3,
-        turning_dps: 0.5,
-    };
-    observation.whitening(spread, None).unwrap()
+    observation.whitening(SPREAD, Compared::Walk).unwrap()
 }
 
 /// A robot whose walks are a linear function of its coordinates, and each a little off it.

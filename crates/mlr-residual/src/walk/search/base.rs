@@ -2,17 +2,23 @@
 
 use mlr_model::{LostLinks, Morphology};
 use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
 
 use crate::walk::{
     NuisancePrior, Observation, WalkModel,
+    discrepancy::Compared,
     evidence::{Fit, LinearModel, ln_evidence},
     hypothesis::{Hypothesis, Placement, Walked, Walker},
+    mean_walk::MeanWalks,
     observation::Whitening,
 };
 
 /// Steps from the robot as described, and from there on with slopes taken anew.
 const FIRST_STEPS: usize = 2;
 const REFERENCE_STEPS: usize = 3;
+/// Steps once it is known how walks scatter.
+const SCATTERED_STEPS: usize = 2;
 
 /// What every hypothesis about a record has in common.
 #[derive(Debug, Clone, Copy)]
@@ -95,6 +101,33 @@ impl<'a> Base<'a> {
             whitened_jacobian: whitening.apply(&jacobian),
             reference: fit.walked,
             jacobian,
+            whitening,
+            ..self
+        })
+    }
+
+    /// The same with errors of walks that scatter as those about its most probable one do: `of_means` has what
+    /// their mean gets wrong.
+    pub(crate) fn scattered(self, of_means: &Observation<'_>) -> Option<Self> {
+        let walker = self.with(Vec::new());
+        let spread = walker.spread(&self.jacobian);
+        let generator = ChaCha8Rng::seed_from_u64(0);
+        let scatter = MeanWalks::new(
+            [(&walker, &self.fit(&walker))],
+            &self.jacobian,
+            spread,
+            &self.whitening,
+            of_means,
+            &generator,
+        )
+        .scatter();
+        let compared = scatter.as_ref().map_or(Compared::Walk, Compared::WalkOf);
+        let whitening = of_means.whitening(spread, compared)?;
+        let fit = walker.advanced(self.reference, self.jacobian, &whitening, SCATTERED_STEPS);
+        Some(Self {
+            whitened_jacobian: whitening.apply(&fit.jacobian),
+            reference: fit.walked,
+            jacobian: fit.jacobian,
             whitening,
             ..self
         })

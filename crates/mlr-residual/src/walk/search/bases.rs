@@ -72,8 +72,14 @@ impl<'a> Search<'a, '_> {
             }
         }
         kept.into_par_iter()
-            .filter_map(|base| base.settled().map(Arc::new))
+            .filter_map(|base| self.settled(base))
             .collect()
+    }
+
+    /// A robot at its most probable walk of the beginning.
+    fn settled(&self, base: Base<'a>) -> Option<Arc<Base<'a>>> {
+        let settled = base.settled()?.scattered(self.beginning_of_means)?;
+        Some(Arc::new(settled))
     }
 
     /// Logarithm of the weight of a base without effects.
@@ -157,9 +163,9 @@ impl<'a> Search<'a, '_> {
         wanted
             .into_par_iter()
             .filter_map(|(morphology, lost_links, ln_prior, leg)| {
-                Base::new(self.beginning, &morphology, lost_links, ln_prior, Some(leg))?
-                    .settled()
-                    .map(Arc::new)
+                let leg = Some(leg);
+                let base = Base::new(self.beginning, &morphology, lost_links, ln_prior, leg);
+                self.settled(base?)
             })
             .collect()
     }

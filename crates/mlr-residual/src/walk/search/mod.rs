@@ -144,8 +144,9 @@ pub(crate) struct Search<'a, 'p> {
     pub(crate) setting: Setting<'a>,
     /// The same with the beginning of the walk alone.
     pub(crate) beginning: Setting<'a>,
-    /// The whole stretch with what means of walks get wrong.
+    /// Both with what means of walks get wrong.
     pub(crate) of_means: &'a Observation<'a>,
+    pub(crate) beginning_of_means: &'a Observation<'a>,
     pub(crate) prior: EffectPrior,
     pub(crate) effort: Effort,
     pub(crate) kinds: usize,

@@ -116,6 +116,8 @@ mod tests {
         let search = Search {
             setting,
             beginning: setting,
+            of_means: &observation,
+            beginning_of_means: &observation,
             prior: EffectPrior::default(),
             effort: Effort::default(),
             kinds: 10,

@@ -141,9 +141,9 @@ impl<'a> Search<'a, '_> {
                 running = self.each(running, |one| Some(self.advanced(one)));
             }
         }
-        running = self.each(running, |one| self.refined(one));
+        running = self.each(running, |one| Some(self.refined(one)));
         running = keep_likeliest(running, FINALISTS, &mut left_behind);
-        running = self.each(running, |one| self.refined(one));
+        running = self.each(running, |one| Some(self.refined(one)));
         running.extend(left_behind);
         sort_judged(&mut running);
         running
@@ -176,15 +176,14 @@ impl<'a> Search<'a, '_> {
         self.judge(base, walker.clone(), fit)
     }
 
-    /// With slopes of its own; `None` where the errors have no covariance.
-    fn refined(&self, judged: &Judged<'a>) -> Option<Judged<'a>> {
+    /// With slopes of its own.
+    fn refined(&self, judged: &Judged<'a>) -> Judged<'a> {
         let Judged {
             base, walker, fit, ..
         } = judged;
         let jacobian = walker.jacobian(&fit.walked);
-        let whitening = walker.whitening(&jacobian)?;
-        let fit = walker.advanced(fit.walked.clone(), jacobian, &whitening, LAST_STEPS);
-        Some(self.judge(base, walker.clone(), fit))
+        let fit = walker.advanced(fit.walked.clone(), jacobian, &base.whitening, LAST_STEPS);
+        self.judge(base, walker.clone(), fit)
     }
 }
 

@@ -43,7 +43,8 @@ impl<'a> Search<'a, '_> {
                 .iter()
                 .find(|one| is_bare(one) && Arc::ptr_eq(&one.base, &judged.base));
             let z = raced.map_or(&judged.base.reference.z, |one| &one.fit.walked.z);
-            if let Some(whole) = judged.base.continued(self.setting, z.clone()) {
+            let whole = judged.base.continued(self.setting, z.clone());
+            if let Some(whole) = whole.and_then(|whole| whole.scattered(self.of_means)) {
                 bases.push((Arc::clone(&judged.base), Arc::new(whole)));
             }
         }
