@@ -115,7 +115,7 @@ impl CalibratedWalk {
                 (fit, averaged.scatter)
             }
         };
-        Ok(Some(Self::of(record, &observation, &base, &fit, scatter)))
+        Ok(Some(Self::of(record, &observation, &base, &fit, scatter.as_ref())))
     }
 
     fn of(
@@ -123,7 +123,7 @@ impl CalibratedWalk {
         observation: &Observation<'_>,
         base: &Base<'_>,
         fit: &Fit,
-        scatter: Option<Scatter>,
+        scatter: Option<&Scatter>,
     ) -> Self {
         let by_axis = |errors: DVectorView<'_, f64>| -> [Vec<f64>; 3] {
             let n = observation.samples_of_an_axis();
@@ -153,7 +153,7 @@ impl CalibratedWalk {
             turning_spread_dps: spread.turning_dps,
             residual_deg: by_axis(fit.residual.column(0)),
             scatter_deg: scatter
-                .iter()
+                .into_iter()
                 .flat_map(|scatter| scatter.0.column_iter())
                 .map(by_axis)
                 .collect(),
