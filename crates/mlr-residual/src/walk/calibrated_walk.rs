@@ -115,7 +115,13 @@ impl CalibratedWalk {
                 (fit, averaged.scatter)
             }
         };
-        Ok(Some(Self::of(record, &observation, &base, &fit, scatter.as_ref())))
+        Ok(Some(Self::of(
+            record,
+            &observation,
+            &base,
+            &fit,
+            scatter.as_ref(),
+        )))
     }
 
     fn of(
