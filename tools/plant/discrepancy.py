@@ -9,7 +9,7 @@
 `walks.json` holds, for each walk, what the model of the right robot leaves when its nuisance
 parameters are fitted, and its sensitivities to these; `means.json` what the mean of such walks leaves, and how
 single walks scatter about it. The parameters of the Gaussian process in
-`crates/mlr-residual/src/walk/discrepancy.rs` are those that make all residuals together most
+`crates/mlr-residual/src/walk/discrepancy/covariance.rs` are those that make all residuals together most
 probable, the nuisance parameters integrated out (type-II maximum likelihood): amplitudes first,
 then how the scale of the errors is distributed. They are found by a pattern
 search over their logarithms. Residuals left by a search that stopped early count like the

@@ -1,0 +1,286 @@
+//! The covariance of errors, sample by sample, that a table of the discrepancy makes.
+
+use nalgebra::{DMatrix, DMatrixView};
+
+use super::{Amplitude, Discrepancy};
+use crate::walk::{WalkRecord, observation::GROUPS};
+
+/// A yaw angle has no zero: this much off is nothing.
+const ANY_YAW_DEG: f64 = 180.0;
+/// Noise of an MPU-6050's integrated rate: 0.12 °/s RMS at 960 samples per second, as one at rest shows
+/// it; its data sheet has 0.005 °/s/√Hz.
+const GYROSCOPE_DEG_PER_SQRT_S: f64 = 0.004;
+
+/// Correlations over time that do not depend on the amplitudes: computed once for a record.
+#[derive(Debug, Clone)]
+pub(crate) struct Correlations {
+    discrepancy: Discrepancy,
+    /// Of roll and pitch, and of yaw.
+    swing_deg: [f64; 2],
+    turned_dps: f64,
+    /// For roll and pitch, and for yaw.
+    axes: [AxisCorrelations; 2],
+}
+
+#[derive(Debug, Clone)]
+struct AxisCorrelations {
+    /// Where no discrepancy acts: sensor noise, any yaw; squared degrees.
+    always: DMatrix<f64>,
+    /// Of a rate of turning that is one degree per second off, squared degrees.
+    turning: DMatrix<f64>,
+    walking: DMatrix<f64>,
+    periodic: DMatrix<f64>,
+    irregular: DMatrix<f64>,
+}
+
+impl Correlations {
+    /// Of the samples with these indices, for a gait of this period.
+    pub(crate) fn new(
+        discrepancy: &Discrepancy,
+        record: &WalkRecord,
+        indices: &[usize],
+        period_s: f64,
+    ) -> Self {
+        let of =
+            |is_yaw: bool| AxisCorrelations::new(discrepancy, record, indices, period_s, is_yaw);
+        Self {
+            discrepancy: discrepancy.clone(),
+            swing_deg: [record.swing_deg(), record.yaw_swing_deg()],
+            turned_dps: record.turned_dps(),
+            axes: [of(false), of(true)],
+        }
+    }
+
+    /// Factors by which errors of roll and pitch, of yaw, and of the rates at rest may exceed what is
+    /// usual, with the logarithms of their probabilities. Those of the rates do not.
+    pub(crate) fn scales(&self, spread: Spread, unknown: Unknown) -> [Vec<(f64, f64)>; GROUPS] {
+        [
+            self.discrepancy.tilt.scales(spread, unknown.in_tilt),
+            self.discrepancy.yaw.scales(spread, unknown.in_yaw),
+            vec![(1.0, 0.0)],
+        ]
+    }
+
+    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, squared degrees.
+    pub(crate) fn covariance(
+        &self,
+        axis: usize,
+        spread: Spread,
+        compared: Compared<'_>,
+    ) -> DMatrix<f64> {
+        let (of_axis, parts, swing_deg) = match axis {
+            2 => (&self.discrepancy.yaw, &self.axes[1], self.swing_deg[1]),
+            _ => (&self.discrepancy.tilt, &self.axes[0], self.swing_deg[0]),
+        };
+        let largest_deg = self.discrepancy.largest_spread_deg;
+        let spread_deg = spread.tilt_deg / (1.0 + spread.tilt_deg / largest_deg);
+        let variance = |amplitude: Amplitude| amplitude.variance(swing_deg, spread_deg);
+        let turning = self.discrepancy.turning;
+        let turning_dps = turning
+            .base_dps
+            .hypot(turning.share * self.turned_dps)
+            .hypot(turning.spread_share * spread.turning_dps);
+        let mut sum = &parts.always + turning_dps * turning_dps * &parts.turning;
+        sum += variance(of_axis.constant) * &parts.walking;
+        sum += variance(of_axis.periodic) * &parts.periodic;
+        sum += variance(of_axis.irregular) * &parts.irregular;
+        let of_mean = of_axis.scatter_share;
+        let scattered = match compared {
+            Compared::Walk => None,
+            Compared::WalkOf(scatter) => Some((scatter, of_mean.hypot(1.0))),
+            Compared::MeanOf(scatter) => Some((scatter, of_mean)),
+        };
+        if let Some((scatter, share)) = scattered {
+            let errors = share * scatter.of_axis(axis, sum.nrows());
+            sum += &errors * errors.transpose();
+        }
+        let base = of_axis.white.base_deg * of_axis.white.base_deg;
+        for k in 0..sum.nrows() {
+            let walking = parts.walking[(k, k)];
+            sum[(k, k)] += base + walking * (variance(of_axis.white) - base);
+        }
+        sum
+    }
+}
+
+impl AxisCorrelations {
+    fn new(
+        discrepancy: &Discrepancy,
+        record: &WalkRecord,
+        indices: &[usize],
+        period_s: f64,
+        is_yaw: bool,
+    ) -> Self {
+        let of_axis = if is_yaw {
+            &discrepancy.yaw
+        } else {
+            &discrepancy.tilt
+        };
+        let n = indices.len();
+        let times_s: Vec<f64> = indices.iter().map(|k| record.times_s()[*k]).collect();
+        let first_s = record.times_s().first().copied().unwrap_or(0.0);
+        let walked_s: Vec<f64> = times_s.iter().map(|t| t - record.start_s()).collect();
+        let both_walk = |a: usize, b: usize| walked_s[a] > 0.0 && walked_s[b] > 0.0;
+        let of_walk = |value: &dyn Fn(usize, usize) -> f64| {
+            DMatrix::from_fn(n, n, |a, b| if both_walk(a, b) { value(a, b) } else { 0.0 })
+        };
+        let shares = of_axis.harmonic_shares();
+        let periodic = |a: usize, b: usize| {
+            let lag_s = walked_s[a] - walked_s[b];
+            let kept = libm::exp(-0.5 * (lag_s / of_axis.coherence_s).powi(2));
+            let turns = std::f64::consts::TAU * lag_s / period_s;
+            let waves = shares.iter().enumerate();
+            let shape: f64 = waves
+                .map(|(k, s)| s * libm::cos((k + 1) as f64 * turns))
+                .sum();
+            kept * shape
+        };
+        // Matérn's covariance of order 3/2: continuous with its slope.
+        let irregular = |a: usize, b: usize| {
+            let lag = 3.0_f64.sqrt() * (walked_s[a] - walked_s[b]).abs() / of_axis.irregular_s;
+            (1.0 + lag) * libm::exp(-lag)
+        };
+        let always = DMatrix::from_fn(n, n, |a, b| {
+            let noise_s = times_s[a].min(times_s[b]) - first_s;
+            let noise = GYROSCOPE_DEG_PER_SQRT_S.powi(2) * noise_s;
+            noise + if is_yaw { ANY_YAW_DEG.powi(2) } else { 0.0 }
+        });
+        let turning = match is_yaw {
+            true => {
+                let turned_s = turned_s(&walked_s, period_s);
+                of_walk(&|a, b| turned_s[a] * turned_s[b])
+            }
+            false => DMatrix::zeros(n, n),
+        };
+        Self {
+            always,
+            turning,
+            walking: of_walk(&|_, _| 1.0),
+            periodic: of_walk(&periodic),
+            irregular: of_walk(&irregular),
+        }
+    }
+}
+
+/// The angle turned at each sample by a robot that turns by one degree per second: its strides grow over
+/// the first cycle.
+pub(crate) fn turned_s(walked_s: &[f64], period_s: f64) -> Vec<f64> {
+    let turned = |walked_s: f64| match walked_s < period_s {
+        true => walked_s.max(0.0).powi(2) / (2.0 * period_s),
+        false => walked_s - period_s / 2.0,
+    };
+    walked_s.iter().copied().map(turned).collect()
+}
+
+/// Where something acts that no effect of the library makes: it multiplies what the model usually
+/// gets wrong there, whatever that is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Unknown {
+    pub(crate) in_tilt: bool,
+    pub(crate) in_yaw: bool,
+}
+
+impl Unknown {
+    /// Every place that it may act at.
+    pub(crate) const ANYWHERE: [Self; 3] = [
+        Self {
+            in_tilt: true,
+            in_yaw: false,
+        },
+        Self {
+            in_tilt: false,
+            in_yaw: true,
+        },
+        Self {
+            in_tilt: true,
+            in_yaw: true,
+        },
+    ];
+}
+
+/// How far robots of one make spread in a walk.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Spread {
+    /// Root mean square of roll and pitch together about their means.
+    pub(crate) tilt_deg: f64,
+    /// Rate of turning.
+    pub(crate) turning_dps: f64,
+}
+
+/// How single walks scatter about their mean: errors whose products with themselves sum to the
+/// covariance, a column each.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Scatter(pub(crate) DMatrix<f64>);
+
+impl Scatter {
+    /// The rows of an axis of so many samples.
+    fn of_axis(&self, axis: usize, samples: usize) -> DMatrixView<'_, f64> {
+        self.0.rows(axis * samples, samples)
+    }
+}
+
+/// What is compared with a record.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Compared<'s> {
+    /// A walk.
+    Walk,
+    /// A walk whose neighbours scatter so.
+    WalkOf(&'s Scatter),
+    /// The mean of walks that scatter so.
+    MeanOf(&'s Scatter),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::walk::{Observation, record::tests::walking_record};
+
+    #[test]
+    fn errors_far_beyond_the_usual_are_likelier_where_something_unknown_acts() {
+        let record = walking_record();
+        let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
+        let n = observation.samples_of_an_axis() as f64;
+        let ln_gain = |scale: f64, tilt_deg: f64| {
+            let spread = Spread {
+                tilt_deg,
+                ..Spread::default()
+            };
+            // Whitened errors of roll and pitch that are so many times as large as usual.
+            let squares = [2.0 * n * scale * scale, n, 3.0];
+            let ln = |unknown: Unknown| {
+                let usual = observation.whitening(spread, Compared::Walk).unwrap();
+                let whitening = observation.with_unknown(&usual, spread, unknown);
+                whitening.ln_density(squares, observation.len()).0
+            };
+            ln(Unknown::ANYWHERE[0]) - ln(Unknown::default())
+        };
+        assert!(ln_gain(0.5, 0.25) < -1.0);
+        assert!(ln_gain(8.0, 0.25) > 2.0);
+        // Control: a robot that may walk in many ways is often missed.
+        assert!(ln_gain(8.0, 3.0) < ln_gain(8.0, 0.25) - 2.0);
+    }
+
+    #[test]
+    fn the_model_errs_while_the_robot_walks_and_more_where_robots_spread() {
+        let record = walking_record();
+        let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
+        let roll = |spread_deg: f64| {
+            let covariance = observation.covariance(Spread {
+                tilt_deg: spread_deg,
+                ..Spread::default()
+            });
+            let n = observation.samples_of_an_axis();
+            assert!(covariance.clone().cholesky().is_some());
+            (
+                covariance[(0, 0)],
+                covariance[(n - 1, n - 1)],
+                covariance[(0, n - 1)],
+            )
+        };
+        let (still, walking, between) = roll(0.3);
+        assert!(walking > 4.0 * still, "{still} {walking}");
+        assert!(between.abs() < 1e-3);
+        let (other_still, tipping, _) = roll(3.0);
+        assert!((other_still - still).abs() < 1e-12 && tipping > 1.5 * walking);
+    }
+}
