@@ -4,15 +4,12 @@
 use mlr_filter::SettingError;
 use mlr_model::{LostLinks, Morphology};
 use nalgebra::DVectorView;
-use rand::SeedableRng as _;
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::{
     EvidenceSettings, Nuisance, NuisancePrior, Observation, WalkModel, WalkRecord,
     discrepancy::Scatter,
     evidence::Fit,
-    mean_walk::MeanWalks,
     search::base::{Base, Setting},
 };
 
@@ -99,16 +96,9 @@ impl CalibratedWalk {
             Simulated::Once => (single, None),
             Simulated::Mean => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
-                let generator = ChaCha8Rng::seed_from_u64(0);
-                let mut averaged = MeanWalks::new(
-                    [(&walker, &single)],
-                    &base.jacobian,
-                    walker.spread(&base.jacobian),
-                    &base.whitening,
-                    &of_means,
-                    &generator,
-                )
-                .averaged();
+                let spread = walker.spread(&base.jacobian);
+                let walks = base.mean_walks([(&walker, &single)], spread, &of_means);
+                let mut averaged = walks.averaged();
                 let Some(fit) = averaged.fits.pop().flatten() else {
                     return Ok(None);
                 };

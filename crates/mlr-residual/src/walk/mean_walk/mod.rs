@@ -53,7 +53,7 @@ pub(crate) struct MeanWalks<'w, 'a> {
     /// Change of the prediction per unit of each of the robot's own coordinates, as known before.
     known: &'w DMatrix<f64>,
     /// Every hypothesis takes its draws from the same: what differs is the hypothesis.
-    generator: &'w ChaCha8Rng,
+    generator: ChaCha8Rng,
 }
 
 /// What means of walks say of the hypotheses on a robot.
@@ -82,7 +82,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         spread: Spread,
         whitening: &Whitening,
         of_means: &'w Observation<'w>,
-        generator: &'w ChaCha8Rng,
+        generator: ChaCha8Rng,
     ) -> Self {
         let own = known.ncols();
         let hypotheses = fitted.into_iter().map(|(walker, fit)| {
@@ -174,7 +174,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
     /// So many walks of the posterior of a hypothesis; `None` where fewer than half walk.
     fn drawn(&self, of: &Sampled<'_, '_>, time: usize, count: usize) -> Option<Vec<Draw>> {
         let fit = of.fit.as_ref()?;
-        let normals = normals(of.walker.dimension(), self.generator, time, count);
+        let normals = normals(of.walker.dimension(), &self.generator, time, count);
         let precision = laplace::precision(fit.curvature.clone());
         let upper = precision.cholesky()?.l().transpose();
         let draws: Vec<Draw> = normals

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::walk::{
     NuisancePrior, Observation, WalkModel,
-    discrepancy::Compared,
+    discrepancy::{Compared, Spread},
     evidence::{Fit, LinearModel, ln_evidence},
     hypothesis::{Hypothesis, Placement, Walked, Walker},
     mean_walk::MeanWalks,
@@ -94,16 +94,21 @@ impl<'a> Base<'a> {
     pub(crate) fn settled(self) -> Option<Self> {
         let walker = self.with(Vec::new());
         let jacobian = walker.jacobian(&self.reference);
-        let fit = walker.advanced(self.reference, jacobian, &self.whitening, REFERENCE_STEPS);
-        let jacobian = fit.jacobian;
-        let whitening = walker.whitening(&jacobian)?;
-        Some(Self {
-            whitened_jacobian: whitening.apply(&jacobian),
+        let reference = self.reference.clone();
+        let fit = walker.advanced(reference, jacobian, &self.whitening, REFERENCE_STEPS);
+        let whitening = walker.whitening(&fit.jacobian)?;
+        Some(self.at(fit, whitening))
+    }
+
+    /// The same at another fit, for errors of another covariance.
+    fn at(self, fit: Fit, whitening: Whitening) -> Self {
+        Self {
+            whitened_jacobian: whitening.apply(&fit.jacobian),
             reference: fit.walked,
-            jacobian,
+            jacobian: fit.jacobian,
             whitening,
             ..self
-        })
+        }
     }
 
     /// The same with errors of walks that scatter as those about its most probable one do: `of_means` has what
@@ -111,26 +116,26 @@ impl<'a> Base<'a> {
     pub(crate) fn scattered(self, of_means: &Observation<'_>) -> Option<Self> {
         let walker = self.with(Vec::new());
         let spread = walker.spread(&self.jacobian);
-        let generator = ChaCha8Rng::seed_from_u64(0);
-        let scatter = MeanWalks::new(
-            [(&walker, &self.fit(&walker))],
-            &self.jacobian,
-            spread,
-            &self.whitening,
-            of_means,
-            &generator,
-        )
-        .scatter();
+        let fit = self.fit(&walker);
+        let walks = self.mean_walks([(&walker, &fit)], spread, of_means);
+        let scatter = walks.scatter();
         let compared = scatter.as_ref().map_or(Compared::Walk, Compared::WalkOf);
         let whitening = of_means.whitening(spread, compared)?;
-        let fit = walker.advanced(self.reference, self.jacobian, &whitening, SCATTERED_STEPS);
-        Some(Self {
-            whitened_jacobian: whitening.apply(&fit.jacobian),
-            reference: fit.walked,
-            jacobian: fit.jacobian,
-            whitening,
-            ..self
-        })
+        let fit = walker.advanced(fit.walked, fit.jacobian, &whitening, SCATTERED_STEPS);
+        Some(self.at(fit, whitening))
+    }
+
+    /// Hypotheses on this robot by the mean of walks about their fits to single ones, the same draws for
+    /// all.
+    pub(crate) fn mean_walks<'w>(
+        &'w self,
+        fitted: impl IntoIterator<Item = (&'w Walker<'a>, &'w Fit)>,
+        spread: Spread,
+        of_means: &'w Observation<'w>,
+    ) -> MeanWalks<'w, 'a> {
+        let (known, whitening) = (&self.jacobian, &self.whitening);
+        let generator = ChaCha8Rng::seed_from_u64(0);
+        MeanWalks::new(fitted, known, spread, whitening, of_means, generator)
     }
 
     /// The same robot at its most probable walk over another stretch, begun from these parameters.

@@ -2,16 +2,12 @@
 
 use std::sync::Arc;
 
-use rand::SeedableRng as _;
-use rand_chacha::ChaCha8Rng;
-
 use super::{Judged, Search, least_ln_weight, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
         discrepancy::{Spread, Unknown},
         evidence::{Fit, ln_evidence},
-        mean_walk::MeanWalks,
         observation::Whitening,
     },
 };
@@ -54,18 +50,8 @@ impl<'a> Search<'a, '_> {
         };
         let base = Arc::clone(&first.base);
         let spread = first.walker.spread(&base.jacobian);
-        // The same draws for all.
-        let generator = ChaCha8Rng::seed_from_u64(0);
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
-        let averaged = MeanWalks::new(
-            fitted,
-            &base.jacobian,
-            spread,
-            &base.whitening,
-            self.of_means,
-            &generator,
-        )
-        .averaged();
+        let averaged = base.mean_walks(fitted, spread, self.of_means).averaged();
         let whitening = &averaged.whitening;
         let each = on_one_robot.into_iter().zip(averaged.fits);
         each.map(|(one, fit)| {
