@@ -44,6 +44,12 @@ fn recorded(faults: Vec<Fault>) -> OrientationSeries {
 /// The explanation of a record of a robot that is suspected to have this morphology; any other is as
 /// likely.
 fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation {
+    // Single effects on one robot: less has to be tried.
+    explained_with(record, morphology, 12)
+}
+
+/// The same with so many hypotheses in the race.
+fn explained_with(record: &WalkRecord, morphology: Morphology, entrants: usize) -> WalkExplanation {
     let suspect = Suspect {
         morphology,
         ln_prior: 0.0,
@@ -54,8 +60,7 @@ fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation 
         SimulationSettings::default(),
     );
     let mut settings = EvidenceSettings::default();
-    // Single effects on one robot: less has to be tried.
-    (settings.effort.most_effects, settings.effort.entrants) = (1, 12);
+    (settings.effort.most_effects, settings.effort.entrants) = (1, entrants);
     (settings.effort.bases, settings.effort.screened) = (1, 1);
     let known = Beforehand {
         ln_morphology: &|_| 0.0,
@@ -150,6 +155,23 @@ fn a_short_link_is_found_on_its_leg_with_its_length() {
     assert_eq!(found.morphology, healthy());
     assert!(effect.probability > 0.9, "{:?}", found.effect_probability);
     assert!(found.error_after.validation_deg < 0.2 * found.error_calibrated.validation_deg);
+}
+
+#[test]
+fn an_effect_that_the_race_has_missed_is_found_beside_the_likeliest_robot() {
+    let short = recorded(vec![Fault::ShortLink {
+        leg: 5,
+        link: 3,
+        length_lost_m: 0.02,
+    }]);
+    let record = WalkRecord::new(&short, 0.0, false, 0.0, None).unwrap();
+    let found = explained_with(&record, healthy(), 0);
+    expect_probabilities(&found);
+    let [effect] = &found.effects[..] else {
+        panic!("{:?}", found.effects);
+    };
+    assert_eq!(effect.kind, "short_link");
+    assert_eq!(effect.parameters["leg"], Reported::Number(5));
 }
 
 #[test]

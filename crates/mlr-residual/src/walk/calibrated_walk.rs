@@ -96,8 +96,7 @@ impl CalibratedWalk {
             Simulated::Once => (single, None),
             Simulated::Mean => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
-                let spread = walker.spread(&base.jacobian);
-                let walks = base.mean_walks([(&walker, &single)], spread, &of_means);
+                let walks = base.mean_walks([(&walker, &single)], &of_means);
                 let mut averaged = walks.averaged();
                 let Some(fit) = averaged.fits.pop().flatten() else {
                     return Ok(None);
@@ -125,14 +124,13 @@ impl CalibratedWalk {
             let n = observation.samples_of_an_axis();
             [0, 1, 2].map(|axis| errors.rows(axis * n, n).iter().copied().collect())
         };
-        let walker = base.with(Vec::new());
         let names = Nuisance::of(&base.morphology, record)
             .into_iter()
             .map(Nuisance::name);
         let parameters = names
             .zip(fit.walked.z.iter())
             .zip(fit.jacobian.column_iter());
-        let spread = walker.spread(&base.jacobian);
+        let spread = base.spread();
         let start_s = record.start_s();
         let times_s = observation.times_s();
         Self {

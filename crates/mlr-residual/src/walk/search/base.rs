@@ -115,9 +115,9 @@ impl<'a> Base<'a> {
     /// their mean gets wrong.
     pub(crate) fn scattered(self, of_means: &Observation<'_>) -> Option<Self> {
         let walker = self.with(Vec::new());
-        let spread = walker.spread(&self.jacobian);
+        let spread = self.spread();
         let fit = self.fit(&walker);
-        let walks = self.mean_walks([(&walker, &fit)], spread, of_means);
+        let walks = self.mean_walks([(&walker, &fit)], of_means);
         let scatter = walks.scatter();
         let compared = scatter.as_ref().map_or(Compared::Walk, Compared::WalkOf);
         let whitening = of_means.whitening(spread, compared)?;
@@ -130,12 +130,16 @@ impl<'a> Base<'a> {
     pub(crate) fn mean_walks<'w>(
         &'w self,
         fitted: impl IntoIterator<Item = (&'w Walker<'a>, &'w Fit)>,
-        spread: Spread,
         of_means: &'w Observation<'w>,
     ) -> MeanWalks<'w, 'a> {
         let (known, whitening) = (&self.jacobian, &self.whitening);
         let generator = ChaCha8Rng::seed_from_u64(0);
-        MeanWalks::new(fitted, known, spread, whitening, of_means, generator)
+        MeanWalks::new(fitted, known, self.spread(), whitening, of_means, generator)
+    }
+
+    /// How far robots of one make spread in its walk.
+    pub(crate) fn spread(&self) -> Spread {
+        self.with(Vec::new()).spread(&self.jacobian)
     }
 
     /// The same robot at its most probable walk over another stretch, begun from these parameters.
@@ -228,9 +232,7 @@ impl<'a> Base<'a> {
         let jacobian = walker.without_replaced(jacobian);
         walker.clamp(&mut coordinates);
         LinearModel {
-            residual: self
-                .whitening
-                .apply_to(&(&fit.walked.residual - &start.change)),
+            residual: self.whitening.apply_to(&(&fit.residual - &start.change)),
             coordinates,
             jacobian: self.whitening.apply(&jacobian),
             held: count,

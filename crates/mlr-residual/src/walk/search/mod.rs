@@ -3,6 +3,7 @@
 pub(crate) mod base;
 mod bases;
 pub(crate) mod earlier;
+mod neighbours;
 pub(crate) mod prior;
 mod proposals;
 mod race;
@@ -181,7 +182,8 @@ impl<'a> Search<'a, '_> {
             ranked.extend(self.race(entrants));
             sort_judged(&mut ranked);
         }
-        let fitted = self.weighed(self.over_the_whole_stretch(&ranked));
+        let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
+        let fitted = self.with_neighbours(weighed);
         Searched {
             unfitted: self.unfitted(&screened, &ranked, &fitted),
             fitted,

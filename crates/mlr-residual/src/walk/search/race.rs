@@ -97,7 +97,7 @@ impl<'a> Search<'a, '_> {
         Some(self.begun(base, walker, walked, &base.jacobian))
     }
 
-    fn extended(&self, judged: &Judged<'a>, added: &Start) -> Option<Judged<'a>> {
+    pub(super) fn extended(&self, judged: &Judged<'a>, added: &Start) -> Option<Judged<'a>> {
         let base = &judged.base;
         let walker = base.with_added(&judged.walker, added.placement);
         let linear = base.linear_beside(&walker, &judged.fit, added);

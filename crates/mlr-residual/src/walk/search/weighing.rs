@@ -44,14 +44,15 @@ impl<'a> Search<'a, '_> {
         weighed.into_iter().chain(left).collect()
     }
 
-    fn by_mean_walks(&self, on_one_robot: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
+    /// Hypotheses on one robot by the mean of their walks.
+    pub(super) fn by_mean_walks(&self, on_one_robot: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
         let Some(first) = on_one_robot.first() else {
             return Vec::new();
         };
         let base = Arc::clone(&first.base);
-        let spread = first.walker.spread(&base.jacobian);
+        let spread = base.spread();
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
-        let averaged = base.mean_walks(fitted, spread, self.of_means).averaged();
+        let averaged = base.mean_walks(fitted, self.of_means).averaged();
         let whitening = &averaged.whitening;
         let each = on_one_robot.into_iter().zip(averaged.fits);
         each.map(|(one, fit)| {
