@@ -107,6 +107,7 @@ pub struct Amplitude {
 const SCALE_OCTAVES: std::ops::RangeInclusive<i32> = -3..=10;
 /// Harmonics of the gait that a record at [`super::WalkRecord::RATE_HZ`] shows.
 const HARMONICS: usize = 8;
+
 impl Default for Discrepancy {
     /// What was learned of single walks of the embedded robot.
     fn default() -> Self {

@@ -56,20 +56,8 @@ impl<'a> Search<'a, '_> {
             });
             let starts = &screened[known].starts;
             let least = likeliest.ln_weight + LEAST_SHARE.ln();
-            let mut group = Vec::new();
-            for one in &looked_at {
-                let promising = self.promising_beside(one, starts, &weighed, least);
-                if promising.is_empty() {
-                    continue;
-                }
-                self.progress.expect_more(promising.len());
-                group.push(one.clone());
-                group.par_extend(promising.into_par_iter().filter_map(|start| {
-                    let extended = self.extended(one, start);
-                    self.progress.advance();
-                    extended
-                }));
-            }
+            let beside = |one| self.with_promising(one, starts, &weighed, least);
+            let group: Vec<Judged<'a>> = looked_at.iter().flat_map(beside).collect();
             seen.extend(looked_at);
             self.progress.expect_more(group.len());
             let again = self.by_mean_walks(group);
@@ -77,6 +65,28 @@ impl<'a> Search<'a, '_> {
             weighed.extend(again);
         }
         weighed
+    }
+
+    /// A hypothesis and what the effects that promise most make of it; nothing where none does.
+    fn with_promising(
+        &self,
+        one: &Judged<'a>,
+        starts: &[Start],
+        weighed: &[Judged<'a>],
+        least: f64,
+    ) -> Vec<Judged<'a>> {
+        let promising = self.promising_beside(one, starts, weighed, least);
+        if promising.is_empty() {
+            return Vec::new();
+        }
+        self.progress.expect_more(promising.len());
+        let mut group = vec![one.clone()];
+        group.par_extend(promising.into_par_iter().filter_map(|start| {
+            let extended = self.extended(one, start);
+            self.progress.advance();
+            extended
+        }));
+        group
     }
 
     /// The starts of effects that promise most beside a hypothesis, one each, by the linear model of its
