@@ -1,4 +1,5 @@
-// Changed from rapier3d 0.36.1: products with Jacobians leave out the columns that are always zero.
+// Changed from rapier3d 0.36.1: products with Jacobians leave out the columns that are always zero, and are
+// unrolled.
 
 use super::multibody_link::{MultibodyLink, MultibodyLinkVec};
 use super::multibody_workspace::MultibodyWorkspace;
@@ -65,7 +66,55 @@ fn concat_rb_mass_matrix(
     result
 }
 
+/// Column `j` of a matrix with so many rows.
+#[inline(always)]
+fn column_of<const R: usize, S>(of: &na::Matrix<Real, na::Const<R>, Dyn, S>, j: usize) -> [Real; R]
+where
+    S: na::Storage<Real, na::Const<R>, Dyn>,
+{
+    assert!(j < of.ncols());
+    let mut column = [0.0; R];
+    for (i, value) in column.iter_mut().enumerate() {
+        // SAFETY: the column exists, and its length is that of the array.
+        *value = unsafe { *of.get_unchecked((i, j)) };
+    }
+    column
+}
+
+/// The reverse of `column_of`.
+#[inline(always)]
+fn set_column<const R: usize, S>(
+    of: &mut na::Matrix<Real, na::Const<R>, Dyn, S>,
+    j: usize,
+    to: [Real; R],
+) where
+    S: StorageMut<Real, na::Const<R>, Dyn>,
+{
+    assert!(j < of.ncols());
+    for (i, value) in to.iter().enumerate() {
+        // SAFETY: the column exists, and its length is that of the array.
+        unsafe { *of.get_unchecked_mut((i, j)) = *value };
+    }
+}
+
+/// Adds `left * right` to `sum`, from column `first` of `left` on: the same products, in the same order, as
+/// those of `gemv`.
+#[inline(always)]
+fn add_columns<const R: usize, const C: usize>(
+    sum: &mut [Real; R],
+    left: &SMatrix<Real, R, C>,
+    right: &[Real; C],
+    first: usize,
+) {
+    for k in first..C {
+        for i in 0..R {
+            sum[i] += left.data.0[k][i] * right[k];
+        }
+    }
+}
+
 /// Computes `to = factor * left * right` in the columns of these ranges.
+#[inline]
 fn set_product<const R: usize, const C: usize, SR, ST>(
     ranges: &[Range<usize>],
     to: &mut na::Matrix<Real, na::Const<R>, Dyn, ST>,
@@ -76,12 +125,22 @@ fn set_product<const R: usize, const C: usize, SR, ST>(
     SR: na::Storage<Real, na::Const<C>, Dyn>,
     ST: StorageMut<Real, na::Const<R>, Dyn>,
 {
-    for j in ranges.iter().cloned().flatten() {
-        to.column_mut(j).gemv(factor, left, &right.column(j), 0.0);
+    let left = left * factor;
+    for range in ranges {
+        for j in range.clone() {
+            let right = column_of(right, j);
+            let mut sum = left.data.0[0];
+            for value in &mut sum {
+                *value *= right[0];
+            }
+            add_columns(&mut sum, &left, &right, 1);
+            set_column(to, j, sum);
+        }
     }
 }
 
 /// Computes `to += factor * left * right` in the columns of these ranges.
+#[inline]
 fn add_product<const R: usize, const C: usize, SR, ST>(
     ranges: &[Range<usize>],
     to: &mut na::Matrix<Real, na::Const<R>, Dyn, ST>,
@@ -92,8 +151,14 @@ fn add_product<const R: usize, const C: usize, SR, ST>(
     SR: na::Storage<Real, na::Const<C>, Dyn>,
     ST: StorageMut<Real, na::Const<R>, Dyn>,
 {
-    for j in ranges.iter().cloned().flatten() {
-        to.column_mut(j).gemv(factor, left, &right.column(j), 1.0);
+    let left = left * factor;
+    for range in ranges {
+        for j in range.clone() {
+            let right = column_of(right, j);
+            let mut sum = column_of(to, j);
+            add_columns(&mut sum, &left, &right, 0);
+            set_column(to, j, sum);
+        }
     }
 }
 
@@ -105,10 +170,18 @@ fn add_tr_product(
     right: &Jacobian<Real>,
 ) {
     for j in ranges.iter().cloned().flatten() {
-        let column = right.column(j).into_owned();
+        let right = column_of(right, j);
         let mut to = to.column_mut(j);
-        for i in ranges.iter().cloned().flatten() {
-            to[i] += left.column(i).dot(&column);
+        let to = to.as_mut_slice();
+        for range in ranges {
+            for (i, to) in range.clone().zip(&mut to[range.clone()]) {
+                let left = column_of(left, i);
+                let mut sum = left[0] * right[0];
+                for k in 1..SPATIAL_DIM {
+                    sum += left[k] * right[k];
+                }
+                *to += sum;
+            }
         }
     }
 }
@@ -889,9 +962,11 @@ impl Multibody {
                 let link_j = &mut self.body_jacobians[i];
                 let shift_tr = vect_to_na(link.shift23).gcross_matrix_tr();
                 for j in self.dof_ranges[i].iter().cloned().flatten() {
-                    let link_j_w = link_j.fixed_view::<ANG_DIM, 1>(DIM, j).into_owned();
-                    let mut link_j_v = link_j.fixed_view_mut::<DIM, 1>(0, j);
-                    link_j_v.gemv(1.0, &shift_tr, &link_j_w, 1.0);
+                    let link_j_w = column_of(&link_j.fixed_rows::<ANG_DIM>(DIM), j);
+                    let mut link_j_v = link_j.fixed_rows_mut::<DIM>(0);
+                    let mut sum = column_of(&link_j_v, j);
+                    add_columns(&mut sum, &shift_tr, &link_j_w, 0);
+                    set_column(&mut link_j_v, j, sum);
                 }
             }
         }
