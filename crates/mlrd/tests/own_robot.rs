@@ -50,7 +50,7 @@ islands = 1
 fn settings(most_effects: usize) -> String {
     let effort = format!(
         "[explanation.effort]\nbases = 1\nscreened = {most_effects}\nentrants = 1\n\
-         further_entrants = 0\nextended = 0\nmost_effects = {most_effects}\n"
+         neighbours = 0\nextended = 0\nmost_effects = {most_effects}\n"
     );
     // A search for a recovery gait would take the time that learning needs.
     format!("recover = false\n{LITTLE}{effort}")

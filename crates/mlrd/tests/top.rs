@@ -339,7 +339,7 @@ const LITTLE: &str = "
 bases = 1
 screened = 1
 entrants = 4
-further_entrants = 0
+neighbours = 0
 extended = 0
 most_effects = 1
 [recovery]

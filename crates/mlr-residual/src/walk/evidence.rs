@@ -186,10 +186,22 @@ impl<'m> NormalEquations<'m> {
 impl LinearModel {
     /// Logarithm of the evidence, and the most probable coordinates.
     pub(crate) fn ln_evidence(&self, whitening: &Whitening) -> (f64, DVector<f64>) {
+        self.ln_evidence_of_rough(whitening, |_| [1.0; GROUPS])
+    }
+
+    /// The same where the model itself errs: variances of the errors are so many times the usual ones, by
+    /// the whitened residual that the most probable coordinates leave.
+    pub(crate) fn ln_evidence_of_rough(
+        &self,
+        whitening: &Whitening,
+        times: impl Fn(&DVector<f64>) -> [f64; GROUPS],
+    ) -> (f64, DVector<f64>) {
         let equations = NormalEquations::new(self, whitening);
         let (step, squares) = equations.step(whitening, Step::Damped(0.0));
+        let times = times(&(&self.residual - &self.jacobian * &step));
         let coordinates = &self.coordinates + step;
-        let (ln_density, precisions) = whitening.ln_density(squares, self.residual.len());
+        let (ln_density, precisions) =
+            whitening.ln_density_of_rough(squares, self.residual.len(), times);
         let (curvature, _) = equations.with_precisions(precisions);
         let ln_posterior = ln_density - 0.5 * coordinates.norm_squared();
         (ln_posterior + ln_volume(curvature), coordinates)
@@ -272,6 +284,16 @@ impl Walker<'_> {
         });
         let best = walked.max_by(|(a, _), (b, _)| a.total_cmp(b));
         best.map(|(_, walked)| walked)
+    }
+
+    /// Laplace's approximation at parameters whose first coordinates keep the slopes that are known; the others
+    /// take their own.
+    pub(crate) fn begun(&self, at: Walked, known: &DMatrix<f64>, whitening: &Whitening) -> Fit {
+        let first = known.ncols();
+        let own = self.jacobian_of_added(&at, first);
+        let mut jacobian = known.clone().insert_columns(first, own.ncols(), 0.0);
+        jacobian.columns_mut(first, own.ncols()).copy_from(&own);
+        self.integrated(at, self.without_replaced(jacobian), whitening)
     }
 
     /// Laplace's approximation at these parameters.

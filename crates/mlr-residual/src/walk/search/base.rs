@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
+use super::{extrapolation::Extrapolation, screening::Start};
 use crate::walk::{
     NuisancePrior, Observation, WalkModel,
     discrepancy::{Compared, Spread},
@@ -179,7 +180,7 @@ impl<'a> Base<'a> {
 
     /// The linear model of the robot as described with what `starts` add to its prediction.
     /// Effects stay near their starts where they are `held`.
-    pub(crate) fn linear(&self, starts: &[&super::screening::Start], held: bool) -> LinearModel {
+    pub(crate) fn linear(&self, starts: &[&Start], held: bool) -> Extrapolation {
         let p = self.whitened_jacobian.ncols();
         let columns = starts
             .iter()
@@ -207,22 +208,26 @@ impl<'a> Base<'a> {
             .copy_from(&self.whitening.apply(&own));
         let walker = self.with(starts.iter().map(|start| start.placement).collect());
         walker.clamp(&mut coordinates);
-        LinearModel {
+        let model = LinearModel {
             residual: self.whitening.apply_to(&residual),
             coordinates,
             jacobian: walker.without_replaced(jacobian),
             held: if held { columns } else { 0 },
+        };
+        Extrapolation {
+            model,
+            simulated: self.whitening.apply_to(&self.reference.residual),
         }
     }
 
-    /// The linear model of a fit on this base with what `start` adds to its prediction, for the hypothesis of
-    /// `walker`.
+    /// The same of a fit on this base with what `start` adds to its prediction, for the hypothesis of `walker`.
     pub(crate) fn linear_beside(
         &self,
         walker: &Walker<'_>,
         fit: &Fit,
-        start: &super::screening::Start,
-    ) -> LinearModel {
+        start: &Start,
+        held: bool,
+    ) -> Extrapolation {
         let p = fit.jacobian.ncols();
         let count = start.jacobian.ncols();
         let mut jacobian = fit.jacobian.clone().insert_columns(p, count, 0.0);
@@ -231,11 +236,15 @@ impl<'a> Base<'a> {
         coordinates.rows_mut(p, count).copy_from(&start.coordinates);
         let jacobian = walker.without_replaced(jacobian);
         walker.clamp(&mut coordinates);
-        LinearModel {
+        let model = LinearModel {
             residual: self.whitening.apply_to(&(&fit.residual - &start.change)),
             coordinates,
             jacobian: self.whitening.apply(&jacobian),
-            held: count,
+            held: if held { count } else { 0 },
+        };
+        Extrapolation {
+            model,
+            simulated: self.whitening.apply_to(&fit.residual),
         }
     }
 }

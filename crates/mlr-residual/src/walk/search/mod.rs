@@ -3,6 +3,7 @@
 pub(crate) mod base;
 mod bases;
 pub(crate) mod earlier;
+mod extrapolation;
 mod neighbours;
 pub(crate) mod prior;
 mod proposals;
@@ -92,9 +93,10 @@ pub struct Effort {
     pub screened: usize,
     /// Hypotheses that are walked at all, of those whose linear models promise most.
     pub entrants: usize,
-    /// The same of those with an effect more than the likeliest of these.
-    pub further_entrants: usize,
-    /// Hypotheses that a further effect is tried on.
+    /// Hypotheses with an effect more than the likeliest one that are walked over the whole stretch: half of
+    /// them take a step from there, and a quarter are weighed.
+    pub neighbours: usize,
+    /// Hypotheses with effects beside which those that are not worth a walk are weighed.
     pub extended: usize,
     /// Effects at most.
     pub most_effects: usize,
@@ -106,7 +108,7 @@ impl Default for Effort {
             bases: 3,
             screened: 3,
             entrants: 64,
-            further_entrants: 16,
+            neighbours: 24,
             extended: 3,
             most_effects: 2,
         }
@@ -123,7 +125,7 @@ impl Effort {
             ("bases", self.bases),
             ("screened", self.screened),
             ("entrants", self.entrants),
-            ("further_entrants", self.further_entrants),
+            ("neighbours", self.neighbours),
             ("extended", self.extended),
             ("most_effects", self.most_effects),
         ] {
@@ -172,18 +174,14 @@ impl<'a> Search<'a, '_> {
             proposals.extend(self.pairs(&screened, &proposals));
         }
         sort(&mut proposals);
-        let entrants = self.entrants(&screened, &bare, proposals, self.effort.entrants);
+        let entrants = self.entrants(&screened, proposals, self.effort.entrants);
         let bare = bare.into_iter().take(BARE);
-        let mut ranked = self.race(entrants.into_iter().chain(bare).collect());
-        for _ in 1..self.effort.most_effects {
-            let proposals = self.extensions(&screened, &ranked);
-            let most = self.effort.further_entrants;
-            let entrants = self.entrants(&screened, &ranked, proposals, most);
-            ranked.extend(self.race(entrants));
-            sort_judged(&mut ranked);
-        }
+        let ranked = self.race(entrants.into_iter().chain(bare).collect());
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
-        let fitted = self.with_neighbours(weighed);
+        let fitted = match self.effort.neighbours {
+            0 => weighed,
+            _ => self.with_neighbours(weighed),
+        };
         Searched {
             unfitted: self.unfitted(&screened, &ranked, &fitted),
             fitted,

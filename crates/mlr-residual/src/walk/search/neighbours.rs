@@ -10,12 +10,9 @@ use super::{
     screening::{self, Start},
     sort_judged,
 };
-use crate::walk::evidence::{LinearModel, ln_evidence};
 
 /// Times that the likeliest hypothesis is looked at, as long as it is another one.
 const TIMES: usize = 2;
-/// Effects that are weighed beside a hypothesis, at most.
-const MOST: usize = 6;
 /// What promises a smaller share of the weight of the likeliest is not weighed.
 const LEAST_SHARE: f64 = 0.02;
 
@@ -67,7 +64,7 @@ impl<'a> Search<'a, '_> {
         weighed
     }
 
-    /// A hypothesis and what the effects that promise most make of it; nothing where none does.
+    /// A hypothesis and what the effects that promise more than `least` make of it; nothing where none does.
     fn with_promising(
         &self,
         one: &Judged<'a>,
@@ -75,34 +72,50 @@ impl<'a> Search<'a, '_> {
         weighed: &[Judged<'a>],
         least: f64,
     ) -> Vec<Judged<'a>> {
-        let promising = self.promising_beside(one, starts, weighed, least);
-        if promising.is_empty() {
-            return Vec::new();
-        }
-        self.progress.expect_more(promising.len());
-        let mut group = vec![one.clone()];
-        group.par_extend(promising.into_par_iter().filter_map(|start| {
+        let likeliest_starts = self.likeliest_beside(one, starts, weighed);
+        self.progress.expect_more(likeliest_starts.len());
+        let walked = likeliest_starts.into_par_iter().filter_map(|start| {
             let extended = self.extended(one, start);
             self.progress.advance();
             extended
-        }));
-        group
+        });
+        let mut walked: Vec<Judged<'a>> = walked.collect();
+        sort_judged(&mut walked);
+        walked.truncate(self.effort.neighbours.div_ceil(2));
+        let advanced = self.each(walked, |one| Some(self.advanced(one)));
+        let single = self.by_single_walk(one);
+        let promises =
+            |other: &Judged<'a>| one.ln_weight + other.ln_weight - single.ln_weight > least;
+        let mut promising: Vec<Judged<'a>> = advanced.into_iter().filter(promises).collect();
+        if promising.is_empty() {
+            return promising;
+        }
+        sort_judged(&mut promising);
+        promising.truncate(self.effort.neighbours.div_ceil(4));
+        promising.push(one.clone());
+        promising
     }
 
-    /// The starts of effects that promise most beside a hypothesis, one each, by the linear model of its
-    /// walk: those that were not weighed, with more than `least` for a weight.
-    fn promising_beside<'s>(
+    /// A hypothesis as those are judged that were not weighed by the mean of their walks.
+    fn by_single_walk(&self, one: &Judged<'a>) -> Judged<'a> {
+        let Judged {
+            base, walker, fit, ..
+        } = one;
+        let (walked, jacobian) = (fit.walked.clone(), fit.jacobian.clone());
+        let fit = walker.integrated(walked, jacobian, &base.whitening);
+        self.judge(base, walker.clone(), fit)
+    }
+
+    /// The starts of effects that are likeliest beside a hypothesis by extrapolation, one for each, the
+    /// likeliest first; without those that were weighed.
+    fn likeliest_beside<'s>(
         &self,
         judged: &Judged<'a>,
         starts: &'s [Start],
         weighed: &[Judged<'a>],
-        least: f64,
     ) -> Vec<&'s Start> {
         let Judged { base, fit, .. } = judged;
-        let (ln_without, _) =
-            ln_evidence(&base.whitening, &fit.residual, &fit.walked.z, &fit.jacobian);
-        let ln_prior_without = self.ln_prior(base, &judged.walker);
-        let promised = |start: &'s Start| -> Option<(&'s Start, f64)> {
+        let extrapolated = |start: &'s Start| -> Option<(&'s Start, f64)> {
             if judged.walker.hypothesis.effects.contains(&start.placement) {
                 return None;
             }
@@ -113,27 +126,36 @@ impl<'a> Search<'a, '_> {
             if is_known {
                 return None;
             }
-            let linear = LinearModel {
-                held: 0,
-                ..base.linear_beside(&walker, fit, start)
-            };
-            let gain = linear.ln_evidence(&base.whitening).0 - ln_without
-                + self.ln_prior(base, &walker)
-                - ln_prior_without;
-            let ln_weight = judged.ln_weight + gain;
-            (ln_weight > least).then_some((start, ln_weight))
+            let linear = base.linear_beside(&walker, fit, start, false);
+            let (ln_evidence, _) = linear.ln_evidence(&base.whitening);
+            Some((start, ln_evidence + self.ln_prior(base, &walker)))
         };
-        let mut ranked: Vec<(&Start, f64)> = starts.par_iter().filter_map(promised).collect();
+        let mut ranked: Vec<(&Start, f64)> = starts.par_iter().filter_map(extrapolated).collect();
         ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut chosen: Vec<&Start> = Vec::new();
         for (start, _) in ranked {
             let is_chosen = chosen
                 .iter()
                 .any(|other| other.placement == start.placement);
-            if chosen.len() < MOST && !is_chosen {
+            if chosen.len() < self.effort.neighbours && !is_chosen {
                 chosen.push(start);
             }
         }
         chosen
+    }
+
+    /// A hypothesis with an effect more, walked where the linear model of its walk is likeliest.
+    fn extended(&self, judged: &Judged<'a>, added: &Start) -> Option<Judged<'a>> {
+        let base = &judged.base;
+        let walker = base.with_added(&judged.walker, added.placement);
+        let linear = base.linear_beside(&walker, &judged.fit, added, true);
+        let (_, at_optimum) = linear.ln_evidence(&base.whitening);
+        let body_kept = walker.at_kept_body(&linear.model, &base.whitening);
+        let points = [at_optimum, body_kept].map(|mut z| {
+            walker.clamp(&mut z);
+            z
+        });
+        let walked = walker.likelier(points.into(), &base.whitening)?;
+        Some(self.begun(base, walker, walked, &judged.fit.jacobian))
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Judged, Search, base::Base, screening::Start};
+use super::{Search, base::Base, screening::Start};
 use crate::walk::hypothesis::Placement;
 
 /// A start on a base, with what it promises.
@@ -12,8 +12,6 @@ pub(super) struct Proposal {
     pub(super) base: usize,
     /// Starts of the base that it combines.
     pub(super) starts: Vec<usize>,
-    /// A hypothesis that it extends.
-    pub(super) extends: Option<usize>,
     pub(super) ln_weight: f64,
 }
 
@@ -76,57 +74,8 @@ impl<'a> Search<'a, '_> {
         Proposal {
             base,
             starts,
-            extends: None,
             ln_weight: ln_evidence + self.ln_prior(&on.base, &on.base.with(effects)),
         }
-    }
-
-    pub(super) fn extensions(
-        &self,
-        screened: &[Screened<'a>],
-        ranked: &[Judged<'a>],
-    ) -> Vec<Proposal> {
-        let each: Vec<(usize, usize, usize)> = ranked
-            .iter()
-            .enumerate()
-            .filter(|(_, judged)| {
-                (1..self.effort.most_effects).contains(&judged.walker.hypothesis.effects.len())
-            })
-            .take(self.effort.extended)
-            .flat_map(|(index, judged)| {
-                let base = screened
-                    .iter()
-                    .position(|on| Arc::ptr_eq(&on.base, &judged.base));
-                let known = &judged.walker.hypothesis.effects;
-                let starts = base
-                    .map(|base| &screened[base].starts)
-                    .into_iter()
-                    .flatten()
-                    .enumerate();
-                let others = starts.filter(|(_, start)| !known.contains(&start.placement));
-                others
-                    .filter_map(|(start, _)| Some((index, base?, start)))
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        let mut proposals: Vec<Proposal> = each
-            .into_par_iter()
-            .map(|(index, base, start)| {
-                let (judged, on) = (&ranked[index], &screened[base]);
-                let added = &on.starts[start];
-                let walker = on.base.with_added(&judged.walker, added.placement);
-                let linear = on.base.linear_beside(&walker, &judged.fit, added);
-                let (ln_evidence, _) = linear.ln_evidence(&on.base.whitening);
-                Proposal {
-                    base,
-                    starts: vec![start],
-                    extends: Some(index),
-                    ln_weight: ln_evidence + self.ln_prior(&on.base, &walker),
-                }
-            })
-            .collect();
-        sort(&mut proposals);
-        proposals
     }
 }
 

@@ -30,7 +30,6 @@ impl<'a> Search<'a, '_> {
     pub(super) fn entrants(
         &self,
         screened: &[Screened<'a>],
-        known: &[Judged<'a>],
         ranked: Vec<Proposal>,
         most: usize,
     ) -> Vec<Judged<'a>> {
@@ -53,10 +52,7 @@ impl<'a> Search<'a, '_> {
             .filter_map(|proposal| {
                 let on = &screened[proposal.base];
                 let starts: Vec<&Start> = proposal.starts.iter().map(|k| &on.starts[*k]).collect();
-                let judged = match proposal.extends {
-                    Some(index) => self.extended(&known[index], starts[0]),
-                    None => self.entered(&on.base, &starts),
-                };
+                let judged = self.entered(&on.base, &starts);
                 self.progress.advance();
                 judged
             })
@@ -90,29 +86,14 @@ impl<'a> Search<'a, '_> {
         }
         // A body that already walks like the measured one stays as it is: the walk is no smooth function
         // of all its parameters.
-        let mut body_kept = walker.at_kept_body(&base.linear(starts, false), &base.whitening);
+        let mut body_kept = walker.at_kept_body(&base.linear(starts, false).model, &base.whitening);
         walker.clamp(&mut body_kept);
         let points = vec![near, at_optimum(false), body_described, body_kept];
         let walked = walker.likelier(points, &base.whitening)?;
         Some(self.begun(base, walker, walked, &base.jacobian))
     }
 
-    pub(super) fn extended(&self, judged: &Judged<'a>, added: &Start) -> Option<Judged<'a>> {
-        let base = &judged.base;
-        let walker = base.with_added(&judged.walker, added.placement);
-        let linear = base.linear_beside(&walker, &judged.fit, added);
-        let (_, at_optimum) = linear.ln_evidence(&base.whitening);
-        let body_kept = walker.at_kept_body(&linear, &base.whitening);
-        let points = [at_optimum, body_kept].map(|mut z| {
-            walker.clamp(&mut z);
-            z
-        });
-        let walked = walker.likelier(points.into(), &base.whitening)?;
-        Some(self.begun(base, walker, walked, &judged.fit.jacobian))
-    }
-
-    /// A hypothesis where it enters: its first coordinates keep the slopes that are known, the others
-    /// take their own.
+    /// A hypothesis where it enters.
     pub(super) fn begun(
         &self,
         base: &Arc<Base<'a>>,
@@ -120,12 +101,7 @@ impl<'a> Search<'a, '_> {
         walked: Walked,
         known: &DMatrix<f64>,
     ) -> Judged<'a> {
-        let first = known.ncols();
-        let own = walker.jacobian_of_added(&walked, first);
-        let mut jacobian = known.clone().insert_columns(first, own.ncols(), 0.0);
-        jacobian.columns_mut(first, own.ncols()).copy_from(&own);
-        let jacobian = walker.without_replaced(jacobian);
-        let fit = walker.integrated(walked, jacobian, &base.whitening);
+        let fit = walker.begun(walked, known, &base.whitening);
         self.judge(base, walker, fit)
     }
 

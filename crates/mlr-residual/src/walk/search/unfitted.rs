@@ -6,10 +6,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{Judged, Search, proposals::Screened, screening::Start};
-use crate::walk::{
-    evidence::{LinearModel, ln_evidence},
-    hypothesis::Walker,
-};
+use crate::walk::{evidence::ln_evidence, hypothesis::Walker};
 
 /// A hypothesis that is weighed by its linear model.
 #[derive(Debug, Clone)]
@@ -74,10 +71,7 @@ impl<'a> Search<'a, '_> {
         let prior_without = self.ln_prior(base, &judged.walker);
         let with = |start: &Start| -> Unfitted<'a> {
             let walker = base.with_added(&judged.walker, start.placement);
-            let linear = LinearModel {
-                held: 0,
-                ..base.linear_beside(&walker, fit, start)
-            };
+            let linear = base.linear_beside(&walker, fit, start, false);
             let (ln_with, mut coordinates) = linear.ln_evidence(&base.whitening);
             walker.clamp(&mut coordinates);
             let ln_prior = self.ln_prior(base, &walker) - prior_without;

@@ -6,13 +6,9 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
-    BARE, Judged, Search,
-    base::Base,
-    proposals::{Screened, sort},
-    race::likeliest,
-    screening, sort_judged,
+    BARE, Judged, Search, base::Base, proposals::Screened, race::likeliest, screening, sort_judged,
 };
-use crate::walk::hypothesis::Walker;
+use crate::walk::{evidence::Fit, hypothesis::Walker};
 
 /// Hypotheses with effects that are fitted over the whole stretch.
 const MOST: usize = 6;
@@ -82,16 +78,9 @@ impl<'a> Search<'a, '_> {
                 base: Arc::clone(whole),
             })
             .collect();
-        let most_effects = self.effort.most_effects;
-        let mut proposals = Vec::new();
-        if most_effects > 0 {
-            proposals.extend(self.singles(&screened));
+        if self.effort.most_effects > 0 {
+            running.extend(self.entrants(&screened, self.singles(&screened), ENTRANTS));
         }
-        if most_effects > 1 {
-            proposals.extend(self.extensions(&screened, &running));
-        }
-        sort(&mut proposals);
-        running.extend(self.entrants(&screened, &running, proposals, ENTRANTS));
         let mut ranked = self.each(running, |one| Some(self.advanced(one)));
         sort_judged(&mut ranked);
         let best = ranked
@@ -140,9 +129,10 @@ impl<'a> Search<'a, '_> {
         starts: Vec<DVector<f64>>,
     ) -> Option<Judged<'a>> {
         let start = walker.likelier(starts, &base.whitening)?;
-        let begun = self.begun(base, walker.clone(), start, &base.jacobian);
-        let (start, jacobian) = (begun.fit.walked, begun.fit.jacobian);
-        let fit = walker.advanced(start, jacobian, &base.whitening, STEPS);
+        let Fit {
+            walked, jacobian, ..
+        } = walker.begun(start, &base.jacobian, &base.whitening);
+        let fit = walker.advanced(walked, jacobian, &base.whitening, STEPS);
         Some(self.judge(base, walker, fit))
     }
 }
