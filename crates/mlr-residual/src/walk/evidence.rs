@@ -330,13 +330,8 @@ mod tests {
     use super::*;
     use crate::walk::{
         Discrepancy, Observation, WalkRecord,
-        discrepancy::{Compared, Spread},
+        observation::tests::{SPREAD, whitening},
         record::tests::walking_record,
-    };
-
-    const SPREAD: Spread = Spread {
-        tilt_deg: 0.3,
-        turning_dps: 0.5,
     };
 
     /// A discrepancy whose scale is known and whose likelihood counts in full.
@@ -381,7 +376,7 @@ mod tests {
     fn the_evidence_of_a_linear_model_is_its_marginal_density() {
         let record = walking_record();
         let observation = Observation::new(&record, &of_known_scale(), 1.0);
-        let whitening = observation.whitening(SPREAD, Compared::Walk).unwrap();
+        let whitening = whitening(&of_known_scale());
         let covariance = observation.covariance(SPREAD);
         let exact = |parameters: usize| {
             let (residual, jacobian) = random_model(&record, parameters);
@@ -420,7 +415,7 @@ mod tests {
     fn a_parameter_that_explains_nothing_costs_its_freedom() {
         let record = walking_record();
         let observation = Observation::new(&record, &of_known_scale(), 1.0);
-        let whitening = observation.whitening(SPREAD, Compared::Walk).unwrap();
+        let whitening = whitening(&of_known_scale());
         let (_, jacobian) = random_model(&record, 2);
         let nothing = DVector::zeros(observation.len());
         let ln = |columns: usize| {
@@ -450,8 +445,7 @@ mod tests {
                 power,
                 ..of_known_scale()
             };
-            let observation = Observation::new(&record, &discrepancy, 1.0);
-            let whitening = observation.whitening(SPREAD, Compared::Walk).unwrap();
+            let whitening = whitening(&discrepancy);
             let (residual, jacobian) = random_model(&record, 0);
             let ln = |residual: &DVector<f64>| {
                 ln_evidence(&whitening, residual, &DVector::zeros(0), &jacobian).0

@@ -309,3 +309,27 @@ impl Whitening {
         )
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::walk::record::tests::walking_record;
+
+    /// Of robots that stand firmly.
+    pub(crate) const SPREAD: Spread = Spread {
+        tilt_deg: 0.3,
+        turning_dps: 0.5,
+    };
+
+    /// How many numbers an error of `walking_record` has.
+    pub(crate) fn rows() -> usize {
+        Observation::new(&walking_record(), &Discrepancy::default(), 1.0).len()
+    }
+
+    /// For errors of single walks of such robots, compared with `walking_record`.
+    pub(crate) fn whitening(discrepancy: &Discrepancy) -> Whitening {
+        let record = walking_record();
+        let observation = Observation::new(&record, discrepancy, 1.0);
+        observation.whitening(SPREAD, Compared::Walk).unwrap()
+    }
+}

@@ -119,8 +119,9 @@ mod tests {
         discrepancy::{Compared, Scatter},
         mean_walk::{
             regression::{Regression, Walks},
-            tests::{Rough, SPREAD, whitening},
+            tests::{Rough, whitening},
         },
+        observation::tests::SPREAD,
         record::tests::walking_record,
     };
 

@@ -9,21 +9,12 @@ use super::{
     regression::{Draw, Walks},
 };
 use crate::walk::{
-    Discrepancy, Observation,
-    discrepancy::{Compared, Spread},
-    observation::Whitening,
-    record::tests::walking_record,
-};
-
-pub(super) const SPREAD: Spread = Spread {
-    tilt_deg: 0.3,
-    turning_dps: 0.5,
+    Discrepancy,
+    observation::{Whitening, tests},
 };
 
 pub(super) fn whitening() -> Whitening {
-    let record = walking_record();
-    let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
-    observation.whitening(SPREAD, Compared::Walk).unwrap()
+    tests::whitening(&Discrepancy::default())
 }
 
 /// A robot whose walks are a linear function of its coordinates, and each a little off it.
@@ -39,8 +30,7 @@ pub(super) struct Rough {
 impl Rough {
     /// Sensitivities fall from one coordinate to the next: some count, some do not.
     pub(super) fn new(roughness: f64, coordinates: usize, random: &mut ChaCha8Rng) -> Self {
-        let record = walking_record();
-        let rows = Observation::new(&record, &Discrepancy::default(), 1.0).len();
+        let rows = tests::rows();
         let whitened = whitening().apply(&DMatrix::identity(rows, rows));
         let factor = whitened.try_inverse().unwrap();
         let white = |_: usize, _: usize| mlr_model::standard_normal(random);

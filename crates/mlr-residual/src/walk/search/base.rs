@@ -5,11 +5,11 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
-use super::{extrapolation::Extrapolation, screening::Start};
+use super::extrapolation::Simulated;
 use crate::walk::{
     NuisancePrior, Observation, WalkModel,
     discrepancy::{Compared, Spread},
-    evidence::{Fit, LinearModel, ln_evidence},
+    evidence::{Fit, ln_evidence},
     hypothesis::{Hypothesis, Placement, Walked, Walker},
     mean_walk::MeanWalks,
     observation::Whitening,
@@ -44,7 +44,8 @@ pub(crate) struct Base<'a> {
     pub(crate) reference: Walked,
     pub(crate) jacobian: DMatrix<f64>,
     pub(crate) whitening: Whitening,
-    whitened_jacobian: DMatrix<f64>,
+    /// The reference, for effects that are added to it.
+    pub(crate) simulated: Simulated,
 }
 
 impl<'a> Base<'a> {
@@ -79,7 +80,7 @@ impl<'a> Base<'a> {
         let whitening = walker.whitening(&jacobian)?;
         let fit = walker.advanced(walked, jacobian, &whitening, steps);
         Some(Self {
-            whitened_jacobian: whitening.apply(&fit.jacobian),
+            simulated: Simulated::new(&fit, &whitening),
             setting,
             morphology: walker.hypothesis.morphology.clone(),
             lost_links: walker.hypothesis.lost_links,
@@ -104,7 +105,7 @@ impl<'a> Base<'a> {
     /// The same at another fit, for errors of another covariance.
     fn at(self, fit: Fit, whitening: Whitening) -> Self {
         Self {
-            whitened_jacobian: whitening.apply(&fit.jacobian),
+            simulated: Simulated::new(&fit, &whitening),
             reference: fit.walked,
             jacobian: fit.jacobian,
             whitening,
@@ -176,76 +177,6 @@ impl<'a> Base<'a> {
         let mut effects = known.hypothesis.effects.clone();
         effects.push(added);
         self.with(effects)
-    }
-
-    /// The linear model of the robot as described with what `starts` add to its prediction.
-    /// Effects stay near their starts where they are `held`.
-    pub(crate) fn linear(&self, starts: &[&Start], held: bool) -> Extrapolation {
-        let p = self.whitened_jacobian.ncols();
-        let columns = starts
-            .iter()
-            .map(|start| start.jacobian.ncols())
-            .sum::<usize>();
-        let mut residual = self.reference.residual.clone();
-        let mut coordinates = self.reference.z.clone().insert_rows(p, columns, 0.0);
-        let mut own = DMatrix::zeros(residual.len(), columns);
-        let mut next = 0;
-        for start in starts {
-            let count = start.jacobian.ncols();
-            residual -= &start.change;
-            coordinates
-                .rows_mut(p + next, count)
-                .copy_from(&start.coordinates);
-            own.columns_mut(next, count).copy_from(&start.jacobian);
-            next += count;
-        }
-        let mut jacobian = self
-            .whitened_jacobian
-            .clone()
-            .insert_columns(p, columns, 0.0);
-        jacobian
-            .columns_mut(p, columns)
-            .copy_from(&self.whitening.apply(&own));
-        let walker = self.with(starts.iter().map(|start| start.placement).collect());
-        walker.clamp(&mut coordinates);
-        let model = LinearModel {
-            residual: self.whitening.apply_to(&residual),
-            coordinates,
-            jacobian: walker.without_replaced(jacobian),
-            held: if held { columns } else { 0 },
-        };
-        Extrapolation {
-            model,
-            simulated: self.whitening.apply_to(&self.reference.residual),
-        }
-    }
-
-    /// The same of a fit on this base with what `start` adds to its prediction, for the hypothesis of `walker`.
-    pub(crate) fn linear_beside(
-        &self,
-        walker: &Walker<'_>,
-        fit: &Fit,
-        start: &Start,
-        held: bool,
-    ) -> Extrapolation {
-        let p = fit.jacobian.ncols();
-        let count = start.jacobian.ncols();
-        let mut jacobian = fit.jacobian.clone().insert_columns(p, count, 0.0);
-        jacobian.columns_mut(p, count).copy_from(&start.jacobian);
-        let mut coordinates = fit.walked.z.clone().insert_rows(p, count, 0.0);
-        coordinates.rows_mut(p, count).copy_from(&start.coordinates);
-        let jacobian = walker.without_replaced(jacobian);
-        walker.clamp(&mut coordinates);
-        let model = LinearModel {
-            residual: self.whitening.apply_to(&(&fit.residual - &start.change)),
-            coordinates,
-            jacobian: self.whitening.apply(&jacobian),
-            held: if held { count } else { 0 },
-        };
-        Extrapolation {
-            model,
-            simulated: self.whitening.apply_to(&fit.residual),
-        }
     }
 }
 

@@ -1,9 +1,11 @@
 //! Walks extrapolated from those that were simulated.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
+use super::screening::Start;
 use crate::walk::{
-    evidence::LinearModel,
+    evidence::{Fit, LinearModel},
+    hypothesis::Walker,
     observation::{GROUPS, Whitening},
 };
 
@@ -14,15 +16,69 @@ use crate::walk::{
 /// 0.15 and 0.63² to 0.86² of that of the change, whatever its size.
 const RELATIVE_ERROR: f64 = 0.7;
 
-/// How a hypothesis walks by what is known of a walk that was simulated.
+/// A fit, whitened: what hypotheses with more effects on the same robot are extrapolated from.
 #[derive(Debug, Clone)]
-pub(crate) struct Extrapolation {
-    pub(crate) model: LinearModel,
-    /// Whitened residual of the walk that was simulated.
-    pub(crate) simulated: DVector<f64>,
+pub(crate) struct Simulated {
+    coordinates: DVector<f64>,
+    residual: DVector<f64>,
+    jacobian: DMatrix<f64>,
 }
 
-impl Extrapolation {
+/// How a hypothesis walks by what is known of a walk that was simulated.
+#[derive(Debug, Clone)]
+pub(crate) struct Extrapolation<'s> {
+    pub(crate) model: LinearModel,
+    /// Whitened residual of the walk that was simulated.
+    simulated: &'s DVector<f64>,
+}
+
+impl Simulated {
+    pub(crate) fn new(fit: &Fit, whitening: &Whitening) -> Self {
+        Self {
+            coordinates: fit.walked.z.clone(),
+            residual: whitening.apply_to(&fit.residual),
+            jacobian: whitening.apply(&fit.jacobian),
+        }
+    }
+
+    /// The linear model of the hypothesis of `walker`, which has what `starts` add to the prediction besides.
+    /// Their effects stay near the starts where they are `held`.
+    pub(crate) fn with(
+        &self,
+        starts: &[&Start],
+        walker: &Walker<'_>,
+        held: bool,
+        whitening: &Whitening,
+    ) -> Extrapolation<'_> {
+        let p = self.jacobian.ncols();
+        let added: usize = starts.iter().map(|start| start.jacobian.ncols()).sum();
+        let mut coordinates = self.coordinates.clone().insert_rows(p, added, 0.0);
+        let mut jacobian = self.jacobian.clone().insert_columns(p, added, 0.0);
+        let mut residual = self.residual.clone();
+        let mut next = p;
+        for start in starts {
+            let count = start.jacobian.ncols();
+            residual -= whitening.apply_to(&start.change);
+            let (own, columns) = (&start.coordinates, whitening.apply(&start.jacobian));
+            coordinates.rows_mut(next, count).copy_from(own);
+            jacobian.columns_mut(next, count).copy_from(&columns);
+            next += count;
+        }
+        walker.clamp(&mut coordinates);
+        let model = LinearModel {
+            residual,
+            coordinates,
+            jacobian: walker.without_replaced(jacobian),
+            held: if held { added } else { 0 },
+        };
+        Extrapolation {
+            model,
+            simulated: &self.residual,
+        }
+    }
+}
+
+impl Extrapolation<'_> {
     /// Logarithm of the evidence, and the most probable coordinates.
     ///
     /// What is extrapolated farther errs more, and convicts less: else effects that change a walk much, and
@@ -35,7 +91,7 @@ impl Extrapolation {
     /// So many times the usual variance, group by group, have errors of a walk that leaves this, its
     /// extrapolation included.
     fn rougher_by(&self, left: &DVector<f64>, whitening: &Whitening) -> [f64; GROUPS] {
-        let change = &self.simulated - left;
+        let change = self.simulated - left;
         whitening.groups(change.len()).map(|rows| {
             let count = rows.len().max(1) as f64;
             let mean_square = change.rows_range(rows).norm_squared() / count;
@@ -46,39 +102,27 @@ impl Extrapolation {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DMatrix;
-
     use super::*;
     use crate::walk::{
-        Discrepancy, Observation,
-        discrepancy::{Compared, Spread},
-        record::tests::walking_record,
-    };
-
-    const SPREAD: Spread = Spread {
-        tilt_deg: 0.3,
-        turning_dps: 0.5,
+        Discrepancy,
+        observation::tests::{rows, whitening},
     };
 
     /// Logarithm of the evidence of an extrapolation by so much that leaves so much, in standard deviations of
     /// the errors; and of the same as if the walk had been simulated.
     fn extrapolated(by: f64, left: f64) -> [f64; 2] {
-        let record = walking_record();
-        let discrepancy = Discrepancy::default();
-        let observation = Observation::new(&record, &discrepancy, 1.0);
-        let whitening = observation.whitening(SPREAD, Compared::Walk).unwrap();
-        let rows = observation.len();
+        let whitening = whitening(&Discrepancy::default());
         let of_size =
-            |size: f64| DVector::from_fn(rows, |row, _| if row % 2 == 0 { size } else { -size });
+            |size: f64| DVector::from_fn(rows(), |row, _| if row % 2 == 0 { size } else { -size });
         let model = LinearModel {
             residual: of_size(left),
             coordinates: DVector::zeros(1),
-            jacobian: DMatrix::zeros(rows, 1),
+            jacobian: DMatrix::zeros(rows(), 1),
             held: 0,
         };
         let simulated = model.ln_evidence(&whitening).0;
         let extrapolation = Extrapolation {
-            simulated: of_size(left + by),
+            simulated: &of_size(left + by),
             model,
         };
         [extrapolation.ln_evidence(&whitening).0, simulated]

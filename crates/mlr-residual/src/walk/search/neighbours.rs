@@ -5,7 +5,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{
-    Judged, Search, least_ln_weight,
+    Judged, Search,
+    extrapolation::Simulated,
+    least_ln_weight,
     proposals::Screened,
     screening::{self, Start},
     sort_judged,
@@ -72,10 +74,11 @@ impl<'a> Search<'a, '_> {
         weighed: &[Judged<'a>],
         least: f64,
     ) -> Vec<Judged<'a>> {
-        let likeliest_starts = self.likeliest_beside(one, starts, weighed);
+        let simulated = Simulated::new(&one.fit, &one.base.whitening);
+        let likeliest_starts = self.likeliest_beside(one, &simulated, starts, weighed);
         self.progress.expect_more(likeliest_starts.len());
         let walked = likeliest_starts.into_par_iter().filter_map(|start| {
-            let extended = self.extended(one, start);
+            let extended = self.extended(one, &simulated, start);
             self.progress.advance();
             extended
         });
@@ -111,10 +114,11 @@ impl<'a> Search<'a, '_> {
     fn likeliest_beside<'s>(
         &self,
         judged: &Judged<'a>,
+        simulated: &Simulated,
         starts: &'s [Start],
         weighed: &[Judged<'a>],
     ) -> Vec<&'s Start> {
-        let Judged { base, fit, .. } = judged;
+        let base = &judged.base;
         let extrapolated = |start: &'s Start| -> Option<(&'s Start, f64)> {
             if judged.walker.hypothesis.effects.contains(&start.placement) {
                 return None;
@@ -126,7 +130,7 @@ impl<'a> Search<'a, '_> {
             if is_known {
                 return None;
             }
-            let linear = base.linear_beside(&walker, fit, start, false);
+            let linear = simulated.with(&[start], &walker, false, &base.whitening);
             let (ln_evidence, _) = linear.ln_evidence(&base.whitening);
             Some((start, ln_evidence + self.ln_prior(base, &walker)))
         };
@@ -145,10 +149,15 @@ impl<'a> Search<'a, '_> {
     }
 
     /// A hypothesis with an effect more, walked where the linear model of its walk is likeliest.
-    fn extended(&self, judged: &Judged<'a>, added: &Start) -> Option<Judged<'a>> {
+    fn extended(
+        &self,
+        judged: &Judged<'a>,
+        simulated: &Simulated,
+        added: &Start,
+    ) -> Option<Judged<'a>> {
         let base = &judged.base;
         let walker = base.with_added(&judged.walker, added.placement);
-        let linear = base.linear_beside(&walker, &judged.fit, added, true);
+        let linear = simulated.with(&[added], &walker, true, &base.whitening);
         let (_, at_optimum) = linear.ln_evidence(&base.whitening);
         let body_kept = walker.at_kept_body(&linear.model, &base.whitening);
         let points = [at_optimum, body_kept].map(|mut z| {

@@ -66,15 +66,14 @@ impl<'a> Search<'a, '_> {
 
     pub(super) fn proposal(&self, on: &Screened<'a>, base: usize, starts: Vec<usize>) -> Proposal {
         let combined: Vec<&Start> = starts.iter().map(|k| &on.starts[*k]).collect();
-        let (ln_evidence, _) = on
-            .base
-            .linear(&combined, true)
-            .ln_evidence(&on.base.whitening);
         let effects: Vec<Placement> = combined.iter().map(|start| start.placement).collect();
+        let walker = on.base.with(effects);
+        let whitening = &on.base.whitening;
+        let linear = on.base.simulated.with(&combined, &walker, true, whitening);
         Proposal {
             base,
             starts,
-            ln_weight: ln_evidence + self.ln_prior(&on.base, &on.base.with(effects)),
+            ln_weight: linear.ln_evidence(whitening).0 + self.ln_prior(&on.base, &walker),
         }
     }
 }

@@ -70,8 +70,10 @@ impl<'a> Search<'a, '_> {
 
     fn entered(&self, base: &Arc<Base<'a>>, starts: &[&Start]) -> Option<Judged<'a>> {
         let walker = base.with(starts.iter().map(|start| start.placement).collect());
+        let whitening = &base.whitening;
+        let linear = |held: bool| base.simulated.with(starts, &walker, held, whitening);
         let at_optimum = |held: bool| {
-            let (_, mut z) = base.linear(starts, held).ln_evidence(&base.whitening);
+            let (_, mut z) = linear(held).ln_evidence(whitening);
             walker.clamp(&mut z);
             z
         };
@@ -86,10 +88,10 @@ impl<'a> Search<'a, '_> {
         }
         // A body that already walks like the measured one stays as it is: the walk is no smooth function
         // of all its parameters.
-        let mut body_kept = walker.at_kept_body(&base.linear(starts, false).model, &base.whitening);
+        let mut body_kept = walker.at_kept_body(&linear(false).model, whitening);
         walker.clamp(&mut body_kept);
         let points = vec![near, at_optimum(false), body_described, body_kept];
-        let walked = walker.likelier(points, &base.whitening)?;
+        let walked = walker.likelier(points, whitening)?;
         Some(self.begun(base, walker, walked, &base.jacobian))
     }
 

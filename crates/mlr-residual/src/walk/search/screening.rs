@@ -165,7 +165,10 @@ impl<'a> Base<'a> {
                 change,
                 jacobian: walker.jacobian_of_effects(&walked),
             };
-            let (ln_evidence, to) = self.linear(&[&start], true).ln_evidence(&self.whitening);
+            let linear = self
+                .simulated
+                .with(&[&start], walker, true, &self.whitening);
+            let (ln_evidence, to) = linear.ln_evidence(&self.whitening);
             if best.as_ref().is_none_or(|(known, _)| ln_evidence > *known) {
                 best = Some((ln_evidence, start));
             }

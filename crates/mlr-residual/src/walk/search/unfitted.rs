@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::{Judged, Search, proposals::Screened, screening::Start};
+use super::{Judged, Search, extrapolation::Simulated, proposals::Screened, screening::Start};
 use crate::walk::{evidence::ln_evidence, hypothesis::Walker};
 
 /// A hypothesis that is weighed by its linear model.
@@ -69,9 +69,10 @@ impl<'a> Search<'a, '_> {
         );
         let known = &judged.walker.hypothesis.effects;
         let prior_without = self.ln_prior(base, &judged.walker);
+        let simulated = Simulated::new(fit, &base.whitening);
         let with = |start: &Start| -> Unfitted<'a> {
             let walker = base.with_added(&judged.walker, start.placement);
-            let linear = base.linear_beside(&walker, fit, start, false);
+            let linear = simulated.with(&[start], &walker, false, &base.whitening);
             let (ln_with, mut coordinates) = linear.ln_evidence(&base.whitening);
             walker.clamp(&mut coordinates);
             let ln_prior = self.ln_prior(base, &walker) - prior_without;
