@@ -62,6 +62,7 @@ fn explained_with(record: &WalkRecord, morphology: Morphology, entrants: usize) 
     let mut settings = EvidenceSettings::default();
     (settings.effort.most_effects, settings.effort.entrants) = (1, entrants);
     (settings.effort.bases, settings.effort.screened) = (1, 1);
+    settings.effort.neighbours = 8;
     let known = Beforehand {
         ln_morphology: &|_| 0.0,
         effects: None,
