@@ -330,7 +330,7 @@ mod tests {
     use super::*;
     use crate::walk::{
         Discrepancy, Observation, WalkRecord,
-        observation::tests::{SPREAD, whitening},
+        observation::tests::{SPREAD, rows, whitening},
         record::tests::walking_record,
     };
 
@@ -413,11 +413,9 @@ mod tests {
 
     #[test]
     fn a_parameter_that_explains_nothing_costs_its_freedom() {
-        let record = walking_record();
-        let observation = Observation::new(&record, &of_known_scale(), 1.0);
         let whitening = whitening(&of_known_scale());
-        let (_, jacobian) = random_model(&record, 2);
-        let nothing = DVector::zeros(observation.len());
+        let (_, jacobian) = random_model(&walking_record(), 2);
+        let nothing = DVector::zeros(rows());
         let ln = |columns: usize| {
             let jacobian = jacobian.columns(0, columns).clone_owned();
             ln_evidence(&whitening, &nothing, &DVector::zeros(columns), &jacobian).0

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::{
     Judged, Search,
     base::Base,
+    extrapolation::Extrapolation,
     least_ln_weight,
     proposals::{Proposal, Screened},
     screening::Start,
@@ -71,15 +72,16 @@ impl<'a> Search<'a, '_> {
     fn entered(&self, base: &Arc<Base<'a>>, starts: &[&Start]) -> Option<Judged<'a>> {
         let walker = base.with(starts.iter().map(|start| start.placement).collect());
         let whitening = &base.whitening;
-        let linear = |held: bool| base.simulated.with(starts, &walker, held, whitening);
-        let at_optimum = |held: bool| {
-            let (_, mut z) = linear(held).ln_evidence(whitening);
+        let [held, free] =
+            [true, false].map(|held| base.simulated.with(starts, &walker, held, whitening));
+        let at_optimum = |linear: &Extrapolation<'_>| {
+            let (_, mut z) = linear.ln_evidence(whitening);
             walker.clamp(&mut z);
             z
         };
         // Without the effect, parameters of the body stood in for it: one begins at the body as
         // described.
-        let near = at_optimum(true);
+        let near = at_optimum(&held);
         let mut body_described = near.clone();
         for k in 0..walker.nuisances() {
             if !walker.is_of_sensing(k) {
@@ -88,9 +90,9 @@ impl<'a> Search<'a, '_> {
         }
         // A body that already walks like the measured one stays as it is: the walk is no smooth function
         // of all its parameters.
-        let mut body_kept = walker.at_kept_body(&linear(false).model, whitening);
+        let mut body_kept = walker.at_kept_body(&free.model, whitening);
         walker.clamp(&mut body_kept);
-        let points = vec![near, at_optimum(false), body_described, body_kept];
+        let points = vec![near, at_optimum(&free), body_described, body_kept];
         let walked = walker.likelier(points, whitening)?;
         Some(self.begun(base, walker, walked, &base.jacobian))
     }
