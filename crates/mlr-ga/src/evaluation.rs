@@ -1,6 +1,6 @@
 //! Evaluations of candidate morphologies, and a cache of their results.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mlr_model::Morphology;
 use rayon::prelude::*;
@@ -161,6 +161,14 @@ impl<'a> Evaluations<'a> {
         let mut ranking: Vec<_> = self.known.iter().collect();
         ranking.sort_by(|(a, _), (b, _)| self.order(a, b));
         ranking
+    }
+
+    /// Of every set of damaged legs the best morphology, best first.
+    pub fn nearest_of_legs(&self) -> Vec<Morphology> {
+        let mut seen = BTreeSet::new();
+        let ranking = self.ranking().into_iter().map(|(morphology, _)| morphology);
+        let nearest = ranking.filter(|morphology| seen.insert(morphology.damaged_legs()));
+        nearest.cloned().collect()
     }
 
     /// Orders two evaluated candidates, the better first: by cost, at equal cost

@@ -79,6 +79,10 @@ pub struct ExplainSettings<'a> {
 /// Probability that an effect misled the identification about the damaged legs. Assumed, not measured: no
 /// morphology is out of the question before its walk with effects is compared.
 const MISLED: f64 = 0.1;
+/// Of the most probable morphologies so many beside the one identified come first.
+const NEXT: usize = 2;
+/// Then so many sets of other damaged legs.
+const OTHER_LEGS: usize = 4;
 /// Candidate morphologies compared with the one identified, at most.
 const SUSPECTS: usize = 16;
 /// The robot was damaged from the start if its set of damaged legs has more than this
@@ -311,10 +315,25 @@ fn virtual_start_s(
     }
 }
 
-/// The candidate morphologies for the explanation, the most probable first.
+/// The candidate morphologies for the explanation: the most probable, then the nearest of every other set of
+/// damaged legs, then what else is probable.
+///
+/// An effect misleads the identification about legs, because one that gives way passes for a lost one. Which links of
+/// a damaged leg are left hardly matters beside that.
 fn suspects(found: &Identification, settings: &IdentifySettings) -> Vec<Suspect> {
     let alternatives = found.alternatives.iter().map(|one| &one.morphology);
-    let morphologies = std::iter::once(&found.morphology)
+    let most_probable: Vec<&Morphology> = std::iter::once(&found.morphology)
+        .chain(alternatives.clone().take(NEXT))
+        .collect();
+    let has_other_legs = |one: &&Morphology| {
+        let mut known = most_probable.iter();
+        known.all(|other| other.damaged_legs() != one.damaged_legs())
+    };
+    let of_other_legs = found.nearest_of_legs.iter().filter(has_other_legs);
+    let morphologies = most_probable
+        .iter()
+        .copied()
+        .chain(of_other_legs.take(OTHER_LEGS))
         .chain(alternatives)
         .chain(&found.indistinguishable);
     let mut suspects: Vec<Suspect> = Vec::new();

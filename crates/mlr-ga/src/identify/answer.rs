@@ -52,6 +52,10 @@ pub struct Identification {
     /// Morphologies that this recording cannot tell from the best: together with
     /// it, those that hold nearly all of the probability.
     pub indistinguishable: Vec<Morphology>,
+    /// Of every set of damaged legs that was tried the morphology whose walk on the nominal model comes nearest,
+    /// the nearest first.
+    #[serde(skip)]
+    pub nearest_of_legs: Vec<Morphology>,
     /// Log time at which the walk started, if the recording shows it.
     pub motion_start_s: Option<f64>,
     /// Log time at which the compared stretch begins.

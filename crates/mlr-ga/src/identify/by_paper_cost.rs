@@ -57,6 +57,7 @@ pub(super) fn verdict(
     };
     Ok(Verdict {
         alternatives: alternatives(&best, &belief, &evaluations, &cost),
+        nearest_of_legs: evaluations.nearest_of_legs(),
         locked_probability: None,
         cost_rad: paper_fits.cost_rad(),
         mean_error_deg: paper_fits.mean_error_deg(),

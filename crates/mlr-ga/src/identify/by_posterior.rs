@@ -104,6 +104,7 @@ pub(super) fn verdict(
     };
     Ok(Verdict {
         alternatives: alternatives(&best, &belief, likeliest, locked_probability, &paper_costs),
+        nearest_of_legs: evaluations.nearest_of_legs(),
         locked_probability: locked_probability(&best),
         best,
         belief,

@@ -133,6 +133,8 @@ struct Verdict {
     /// Probability of something else than damage, where the method asks for it.
     something_else: Option<f64>,
     alternatives: Vec<Alternative>,
+    /// Of every set of damaged legs that was tried the nearest, the nearest first.
+    nearest_of_legs: Vec<Morphology>,
     /// Probability that the lost links of the best morphology are locked, where that is asked.
     locked_probability: Option<f64>,
     evaluations: usize,
@@ -184,6 +186,7 @@ impl Verdict {
                 .filter(|morphology| **morphology != best)
                 .cloned()
                 .collect(),
+            nearest_of_legs: self.nearest_of_legs,
             motion_start_s: first.motion_start_s,
             window_start_s: first.window_start_s,
             window_s: first.window_s,

@@ -32,7 +32,7 @@ impl<'a> Search<'a, '_> {
                 };
                 states.iter().map(move |state| (suspect, *state))
             })
-            .take((2 * self.effort.bases).max(1))
+            .take(1 + 4 * self.effort.bases)
             .collect();
         self.progress.expect_more(wanted.len());
         let first: Vec<Base<'a>> = wanted
@@ -114,7 +114,7 @@ impl<'a> Search<'a, '_> {
                 bases.push(Arc::clone(base));
             }
         }
-        let restored = self.restored(&bases[..bases.len().min(1)]);
+        let restored = self.restored(&bases);
         let mut screened: Vec<Screened<'a>> = Vec::new();
         let mut best = f64::NEG_INFINITY;
         for base in bases.into_iter().chain(restored) {

@@ -5,19 +5,21 @@
 //! meant, record them anew:
 //!
 //! ```text
-//! MLR_RECORD_GOLDEN=1 cargo test -p mlr-golden-tests --test bits
+//! MLR_RECORD_GOLDEN=1 cargo test -p mlr-model --test bits
 //! ```
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::{fmt::Write, fs};
 
-use mlr_golden_tests::data;
 use mlr_model::{
     Gait, LostLinks, Morphology, Outcome, Robot, Roughness, SimulationSettings, Simulator, Terrain,
 };
 use rayon::prelude::*;
 
-const GOLDEN: &str = "golden/bits/walks.txt";
+const GOLDEN: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../data/golden/bits/walks.txt"
+);
 const MORPHOLOGIES: [&str; 4] = [
     "111 111 111 111 111 111",
     "111 111 000 111 111 111",
@@ -83,9 +85,9 @@ fn walk(ground: &str, settings: SimulationSettings, text: &str) -> String {
 fn walks_have_the_recorded_bits() {
     let walked = walks();
     if std::env::var_os("MLR_RECORD_GOLDEN").is_some() {
-        fs::write(data(GOLDEN), &walked).unwrap();
+        fs::write(GOLDEN, &walked).unwrap();
     }
-    let recorded = fs::read_to_string(data(GOLDEN)).unwrap();
+    let recorded = fs::read_to_string(GOLDEN).unwrap();
     for (ours, golden) in walked.lines().zip(recorded.lines()) {
         assert_eq!(ours, golden);
     }
