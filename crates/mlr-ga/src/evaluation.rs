@@ -260,6 +260,23 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn of_each_set_of_damaged_legs_the_nearest_is_kept() {
+        let layout = LegLayout::new([2, 2]).unwrap();
+        let remaining = |legs: [usize; 2]| {
+            let healthy = Morphology::healthy(&layout);
+            healthy
+                .with_remaining(0, legs[0])
+                .with_remaining(1, legs[1])
+        };
+        let objective = Distance::to(remaining([1, 2]));
+        let mut evaluations = Evaluations::new(&objective, &());
+        evaluations.evaluate(&layout.enumerate().collect::<Vec<_>>());
+        // At equal distance fewer lost links come first.
+        let nearest = [[1, 2], [2, 2], [1, 1], [2, 1]].map(remaining);
+        assert_eq!(evaluations.nearest_of_legs(), nearest);
+    }
+
+    #[test]
     fn a_progress_that_unwinds_ends_the_evaluation() {
         struct Enough;
         struct GiveUp(AtomicUsize);

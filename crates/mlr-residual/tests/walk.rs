@@ -45,7 +45,7 @@ fn recorded(faults: Vec<Fault>) -> OrientationSeries {
 /// likely.
 fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation {
     // Single effects on one robot: less has to be tried.
-    explained_with(record, morphology, 12)
+    explained_with(record, morphology, 6)
 }
 
 /// The same with so many hypotheses in the race.
@@ -62,7 +62,7 @@ fn explained_with(record: &WalkRecord, morphology: Morphology, entrants: usize) 
     let mut settings = EvidenceSettings::default();
     (settings.effort.most_effects, settings.effort.entrants) = (1, entrants);
     (settings.effort.bases, settings.effort.screened) = (1, 1);
-    settings.effort.neighbours = 8;
+    settings.effort.neighbours = 4;
     let known = Beforehand {
         ln_morphology: &|_| 0.0,
         effects: None,

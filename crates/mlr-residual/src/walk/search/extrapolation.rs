@@ -41,14 +41,14 @@ impl Simulated {
         }
     }
 
-    /// The linear model of the hypothesis of `walker`, which has what `starts` add to the prediction besides.
+    /// The linear model of the hypothesis of `walker`, which has what `starts` add to the walk besides: they were
+    /// screened on the robot of this fit, with the same whitening.
     /// Their effects stay near the starts where they are `held`.
     pub(crate) fn with(
         &self,
         starts: &[&Start],
         walker: &Walker<'_>,
         held: bool,
-        whitening: &Whitening,
     ) -> Extrapolation<'_> {
         let p = self.jacobian.ncols();
         let added: usize = starts.iter().map(|start| start.jacobian.ncols()).sum();
@@ -58,10 +58,11 @@ impl Simulated {
         let mut next = p;
         for start in starts {
             let count = start.jacobian.ncols();
-            residual -= whitening.apply_to(&start.change);
-            let (own, columns) = (&start.coordinates, whitening.apply(&start.jacobian));
-            coordinates.rows_mut(next, count).copy_from(own);
-            jacobian.columns_mut(next, count).copy_from(&columns);
+            residual -= &start.change;
+            coordinates
+                .rows_mut(next, count)
+                .copy_from(&start.coordinates);
+            jacobian.columns_mut(next, count).copy_from(&start.jacobian);
             next += count;
         }
         walker.clamp(&mut coordinates);

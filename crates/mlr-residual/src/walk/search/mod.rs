@@ -87,9 +87,10 @@ pub(crate) struct Searched<'a> {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Effort {
-    /// Morphologies whose sensitivities are computed.
+    /// Morphologies that are fitted without effects, beside the one identified and the whole robot: of twice as
+    /// many, gone and locked, the likeliest after a step.
     pub bases: usize,
-    /// Of these, those on which every effect is screened.
+    /// Sets of damaged legs on which every effect is screened, with one of their legs restored too.
     pub screened: usize,
     /// Hypotheses that are walked at all, of those whose linear models promise most.
     pub entrants: usize,

@@ -130,7 +130,7 @@ impl<'a> Search<'a, '_> {
             if is_known {
                 return None;
             }
-            let linear = simulated.with(&[start], &walker, false, &base.whitening);
+            let linear = simulated.with(&[start], &walker, false);
             let (ln_evidence, _) = linear.ln_evidence(&base.whitening);
             Some((start, ln_evidence + self.ln_prior(base, &walker)))
         };
@@ -157,7 +157,7 @@ impl<'a> Search<'a, '_> {
     ) -> Option<Judged<'a>> {
         let base = &judged.base;
         let walker = base.with_added(&judged.walker, added.placement);
-        let linear = simulated.with(&[added], &walker, true, &base.whitening);
+        let linear = simulated.with(&[added], &walker, true);
         let (_, at_optimum) = linear.ln_evidence(&base.whitening);
         let body_kept = walker.at_kept_body(&linear.model, &base.whitening);
         let points = [at_optimum, body_kept].map(|mut z| {

@@ -69,7 +69,7 @@ impl<'a> Search<'a, '_> {
         let effects: Vec<Placement> = combined.iter().map(|start| start.placement).collect();
         let walker = on.base.with(effects);
         let whitening = &on.base.whitening;
-        let linear = on.base.simulated.with(&combined, &walker, true, whitening);
+        let linear = on.base.simulated.with(&combined, &walker, true);
         Proposal {
             base,
             starts,

@@ -72,8 +72,7 @@ impl<'a> Search<'a, '_> {
     fn entered(&self, base: &Arc<Base<'a>>, starts: &[&Start]) -> Option<Judged<'a>> {
         let walker = base.with(starts.iter().map(|start| start.placement).collect());
         let whitening = &base.whitening;
-        let [held, free] =
-            [true, false].map(|held| base.simulated.with(starts, &walker, held, whitening));
+        let [held, free] = [true, false].map(|held| base.simulated.with(starts, &walker, held));
         let at_optimum = |linear: &Extrapolation<'_>| {
             let (_, mut z) = linear.ln_evidence(whitening);
             walker.clamp(&mut z);

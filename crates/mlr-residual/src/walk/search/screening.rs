@@ -10,16 +10,16 @@ use crate::{
     walk_effects::LIBRARY,
 };
 
-/// An effect at a place from where a fit of it may start, and what it adds to the prediction of the
-/// robot as described.
+/// An effect at a place from where a fit of it may start, and what it adds to the walk of the robot that it was
+/// screened on, whitened as errors of that robot.
 #[derive(Debug, Clone)]
 pub(crate) struct Start {
     pub(crate) placement: Placement,
     /// Coordinates of its parameters.
     pub(crate) coordinates: DVector<f64>,
-    /// What it adds to the prediction.
+    /// What it adds to the prediction, whitened.
     pub(crate) change: DVector<f64>,
-    /// Change of the prediction per unit of each of its coordinates.
+    /// Change of the prediction per unit of each of its coordinates, whitened.
     pub(crate) jacobian: DMatrix<f64>,
 }
 
@@ -70,6 +70,7 @@ fn placements(base: &Base<'_>) -> Vec<Placement> {
 /// A point where the prediction is known.
 struct Known {
     coordinates: DVector<f64>,
+    /// Of the prediction, whitened.
     change: DVector<f64>,
 }
 
@@ -163,11 +164,9 @@ impl<'a> Base<'a> {
                 placement,
                 coordinates,
                 change,
-                jacobian: walker.jacobian_of_effects(&walked),
+                jacobian: self.whitening.apply(&walker.jacobian_of_effects(&walked)),
             };
-            let linear = self
-                .simulated
-                .with(&[&start], walker, true, &self.whitening);
+            let linear = self.simulated.with(&[&start], walker, true);
             let (ln_evidence, to) = linear.ln_evidence(&self.whitening);
             if best.as_ref().is_none_or(|(known, _)| ln_evidence > *known) {
                 best = Some((ln_evidence, start));
@@ -202,7 +201,9 @@ impl<'a> Base<'a> {
         let own = walker.dimension() - walker.nuisances();
         Known {
             coordinates: walked.z.rows(walker.nuisances(), own).clone_owned(),
-            change: &self.reference.residual - &walked.residual,
+            change: self
+                .whitening
+                .apply_to(&(&self.reference.residual - &walked.residual)),
         }
     }
 }

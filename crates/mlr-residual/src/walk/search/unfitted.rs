@@ -72,7 +72,7 @@ impl<'a> Search<'a, '_> {
         let simulated = Simulated::new(fit, &base.whitening);
         let with = |start: &Start| -> Unfitted<'a> {
             let walker = base.with_added(&judged.walker, start.placement);
-            let linear = simulated.with(&[start], &walker, false, &base.whitening);
+            let linear = simulated.with(&[start], &walker, false);
             let (ln_with, mut coordinates) = linear.ln_evidence(&base.whitening);
             walker.clamp(&mut coordinates);
             let ln_prior = self.ln_prior(base, &walker) - prior_without;
