@@ -41,9 +41,9 @@ impl KnownRobot {
     }
 }
 
-/// The default settings, but for every third variation of the model: each takes time.
+/// The default settings, but for every second variation of the model: each takes time.
 pub(crate) fn settings() -> IdentifySettings {
     let mut settings = IdentifySettings::default();
-    settings.variations = settings.variations.into_iter().step_by(3).collect();
+    settings.variations = settings.variations.into_iter().step_by(2).collect();
     settings
 }
