@@ -79,9 +79,9 @@ pub struct ExplainSettings<'a> {
 /// Probability that an effect misled the identification about the damaged legs. Assumed, not measured: no
 /// morphology is out of the question before its walk with effects is compared.
 const MISLED: f64 = 0.1;
-/// Of the most probable morphologies so many beside the one identified come first.
+/// Most probable alternatives to the identified morphology, which are candidates before those with other damaged legs.
 const NEXT: usize = 2;
-/// Then so many sets of other damaged legs.
+/// Sets of other damaged legs, at most; how many of them are simulated, `effort.bases` bounds.
 const OTHER_LEGS: usize = 4;
 /// Candidate morphologies compared with the one identified, at most.
 const SUSPECTS: usize = 16;
@@ -318,8 +318,8 @@ fn virtual_start_s(
 /// The candidate morphologies for the explanation: the most probable, then the nearest of every other set of
 /// damaged legs, then what else is probable.
 ///
-/// An effect misleads the identification about legs, because one that gives way passes for a lost one. Which links of
-/// a damaged leg are left hardly matters beside that.
+/// The identification knows no effects: it takes a weak leg for a lost one. Other links of the same damaged legs
+/// usually change the walk less than other damaged legs, and come last.
 fn suspects(found: &Identification, settings: &IdentifySettings) -> Vec<Suspect> {
     let alternatives = found.alternatives.iter().map(|one| &one.morphology);
     let most_probable: Vec<&Morphology> = std::iter::once(&found.morphology)
@@ -334,7 +334,7 @@ fn suspects(found: &Identification, settings: &IdentifySettings) -> Vec<Suspect>
         .iter()
         .copied()
         .chain(of_other_legs.take(OTHER_LEGS))
-        .chain(alternatives)
+        .chain(alternatives.skip(NEXT))
         .chain(&found.indistinguishable);
     let mut suspects: Vec<Suspect> = Vec::new();
     for morphology in morphologies {
