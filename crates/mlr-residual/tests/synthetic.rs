@@ -256,7 +256,7 @@ fn hardly_ever_is_more_found_than_there_is() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
     let mut too_many = Vec::new();
-    let sensors = 40;
+    let sensors = 20;
     for seed in 0..sensors {
         let found = explained(Sensor {
             bias_dps: between(-3.0, 3.0),

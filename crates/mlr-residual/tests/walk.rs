@@ -12,6 +12,14 @@ use mlr_residual::walk::{
 use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+/// Records and model are simulated in steps twice as long as usual: each takes half the time.
+fn simulation() -> SimulationSettings {
+    SimulationSettings {
+        time_step_s: 0.02,
+        ..SimulationSettings::default()
+    }
+}
+
 /// What a healthy robot with these faults reports, with 0.02° of noise, standing for a
 /// second and walking for four.
 fn recorded(faults: Vec<Fault>) -> OrientationSeries {
@@ -19,7 +27,7 @@ fn recorded(faults: Vec<Fault>) -> OrientationSeries {
         duration_s: 4.4,
         stand_s: 1.0,
         faults,
-        ..SimulationSettings::default()
+        ..simulation()
     };
     let robot = Robot::jethexa();
     let healthy = Morphology::healthy(&robot.layout());
@@ -54,11 +62,7 @@ fn explained_with(record: &WalkRecord, morphology: Morphology, entrants: usize) 
         morphology,
         ln_prior: 0.0,
     };
-    let model = WalkModel::nominal(
-        Robot::jethexa(),
-        Gait::tripod(),
-        SimulationSettings::default(),
-    );
+    let model = WalkModel::nominal(Robot::jethexa(), Gait::tripod(), simulation());
     let mut settings = EvidenceSettings::default();
     (settings.effort.most_effects, settings.effort.entrants) = (1, entrants);
     (settings.effort.bases, settings.effort.screened) = (1, 1);
