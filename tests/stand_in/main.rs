@@ -1,6 +1,6 @@
 //! Detection, identification and explanation of the stand-in logs, as they are and spoilt, with
-//! default settings but for fewer variations of the model. The truth is read by the assertions only. One program, because all share an
-//! atlas that takes minutes to simulate.
+//! default settings but for fewer variations of the model. The truth is read by the assertions
+//! only. One program, because all share an atlas that takes minutes to simulate.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod bad_logs;

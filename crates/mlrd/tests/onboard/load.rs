@@ -1,19 +1,13 @@
 //! Ten minutes of frames at 1 kHz, with identifications beside them:
 //!
 //! ```text
-//! cargo test --release -p mlrd --test load -- --ignored --nocapture
+//! cargo test --release -p mlrd --test onboard -- load --ignored --nocapture
 //! ```
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test that cannot go on has failed, and what it measured is shown"
-)]
-
-mod daemon;
+#![allow(clippy::print_stdout, reason = "what was measured is shown")]
 
 use std::{fs, thread, time::Duration};
 
-use daemon::{
+use crate::daemon::{
     Daemon, LOG,
     player::{Device, Line, play_in_real_time},
 };
@@ -32,7 +26,7 @@ impl Usage {
     fn of(process: u32) -> Self {
         // Fields 14 and 15 of proc(5): clock ticks of 10 ms in user and kernel mode.
         let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
-        let fields = daemon::stat_fields(&stat);
+        let fields = crate::daemon::stat_fields(&stat);
         let ticks: f64 = fields[11..13]
             .iter()
             .map(|f| f.parse::<f64>().unwrap())

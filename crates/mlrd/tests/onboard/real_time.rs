@@ -2,19 +2,13 @@
 //! Takes four minutes:
 //!
 //! ```text
-//! cargo test --release -p mlrd --test real_time -- --ignored --nocapture --test-threads 1
+//! cargo test --release -p mlrd --test onboard -- real_time --ignored --nocapture --test-threads 1
 //! ```
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test that cannot go on has failed, and what it measured is shown"
-)]
-
-mod daemon;
+#![allow(clippy::print_stdout, reason = "what was measured is shown")]
 
 use std::thread;
 
-use daemon::{
+use crate::daemon::{
     Daemon, LOG, expect_legs_3_and_4,
     player::{DEVICES, Line, corrupt, play_in_real_time},
 };

@@ -1,6 +1,4 @@
 //! Samples that another program hands on.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::{
     io::Write as _,
     process::{Command, Output, Stdio},

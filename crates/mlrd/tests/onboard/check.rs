@@ -1,8 +1,4 @@
 //! `mlrd check` on real pseudo-terminals, each with one thing wrong.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod daemon;
-
 use std::{
     fs,
     path::Path,
@@ -11,7 +7,7 @@ use std::{
     time::Duration,
 };
 
-use daemon::player::{Device, Frame, Line, Row};
+use crate::daemon::player::{Device, Frame, Line, Row};
 use nalgebra::{Rotation3, Vector3};
 use serde_json::Value;
 

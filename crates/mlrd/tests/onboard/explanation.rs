@@ -3,22 +3,16 @@
 //! demand:
 //!
 //! ```text
-//! cargo test --release -p mlrd --test explanation -- --ignored --nocapture
+//! cargo test --release -p mlrd --test onboard -- explanation --ignored --nocapture
 //! ```
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test that cannot go on has failed, and what it measured is shown"
-)]
-
-mod daemon;
+#![allow(clippy::print_stdout, reason = "what was measured is shown")]
 
 use std::{
     fs, thread,
     time::{Duration, Instant},
 };
 
-use daemon::{
+use crate::daemon::{
     Daemon, HANG, LOG, QUICK,
     player::{Device, Line},
 };
@@ -108,7 +102,7 @@ fn explaining_thread(process: u32) -> (String, u64) {
         .find(|stat| stat.contains("(explain-0)"))
         .unwrap();
     // Fields 14 and 19 of proc(5).
-    let fields = daemon::stat_fields(&stat);
+    let fields = crate::daemon::stat_fields(&stat);
     (fields[16].into(), fields[11].parse().unwrap())
 }
 

@@ -1,9 +1,5 @@
 //! The daemon whose output nobody reads, on a real pseudo-terminal. Time is the device's, as
 //! fast as the daemon reads.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod daemon;
-
 use std::{
     fs,
     io::{BufRead, BufReader, PipeReader, PipeWriter, Write, pipe},
@@ -13,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use daemon::{
+use crate::daemon::{
     Daemon, HANG,
     player::{Device, Line},
     signal,

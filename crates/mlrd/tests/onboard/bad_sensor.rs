@@ -1,12 +1,8 @@
 //! Sensors that are broken or mounted wrongly, on a real pseudo-terminal. Time is the
 //! device's, as fast as the daemon reads.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
-mod daemon;
-
 use std::path::Path;
 
-use daemon::{
+use crate::daemon::{
     Daemon, LOG,
     player::{Device, Frame, Line, Row, play_in_real_time},
 };

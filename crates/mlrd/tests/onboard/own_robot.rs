@@ -1,16 +1,10 @@
 //! A robot with differences of its own, from ten minutes of health to a lost leg, on a real
 //! pseudo-terminal. Time is the device's, as fast as the daemon reads.
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test that cannot go on has failed, and what it measured is shown"
-)]
-
-mod daemon;
+#![allow(clippy::print_stdout, reason = "what was measured is shown")]
 
 use std::{fs, path::Path, time::Instant};
 
-use daemon::{
+use crate::daemon::{
     Daemon,
     player::{Device, Line, Row},
 };
