@@ -278,7 +278,7 @@ mod tests {
         }
     }
 
-    /// Of ten seeds, how many find every one of these: three and four damaged legs with some of
+    /// Of five seeds, how many find every one of these: three and four damaged legs with some of
     /// their links, which nothing but evolution tries.
     fn hits(settings: &GeneticSettings) -> usize {
         let targets = [
@@ -288,7 +288,7 @@ mod tests {
         ];
         targets
             .iter()
-            .flat_map(|target| (1..=10).map(move |seed| (hexapod(target), seed)))
+            .flat_map(|target| (1..=5).map(move |seed| (hexapod(target), seed)))
             .filter(|(target, seed)| run(target, settings, *seed).0.best == *target)
             .count()
     }
@@ -318,7 +318,7 @@ mod tests {
             ..evolution
         });
         let found = [with, without_crossover, without_mutation, random];
-        assert!(with >= 24, "{found:?}");
+        assert!(with >= 12, "{found:?}");
         assert!(without_crossover <= with / 2, "{found:?}");
         assert!(without_mutation <= with / 2, "{found:?}");
         assert!(random <= with / 2, "{found:?}");

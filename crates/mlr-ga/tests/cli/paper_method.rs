@@ -62,8 +62,9 @@ fn every_run_has_110_candidates_and_the_most_frequent_result_answers() {
     }
     // What the method does not ask is not answered.
     assert_eq!(answer["something_else_probability"], Value::Null);
-    // The control: the default evaluates more, and asks.
-    let default = json(&folder, &["identify", &log, "--json"]);
+    // The control: the default evaluates more, and asks, on the nominal model alone as well.
+    let nominal = folder.write("nominal.toml", "variations = [{}]\n");
+    let default = json(&folder, &["identify", &log, "--json", "--config", &nominal]);
     assert_eq!(default["method"], "mlr");
     assert!(default["evaluations"].as_u64().unwrap() > 220);
     assert!(default["something_else_probability"].is_f64());
