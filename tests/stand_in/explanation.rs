@@ -1,4 +1,5 @@
 use mlr_ga::{ExplainSettings, explain};
+use mlr_imu::Recording;
 use mlr_residual::walk::{EvidenceSettings, Reported, WalkExplanation};
 
 use crate::{
@@ -7,8 +8,7 @@ use crate::{
     truth::Truth,
 };
 
-fn explained(name: &str) -> WalkExplanation {
-    let recording = recording(name);
+fn explained(recording: &Recording) -> WalkExplanation {
     assert!(recording.raw_beside_angles().is_some());
     let mut explanation = EvidenceSettings::default();
     // On the likeliest robot alone, for time, and with fewer hypotheses: both are sure to have all legs.
@@ -18,7 +18,7 @@ fn explained(name: &str) -> WalkExplanation {
         identify: &settings(),
         explanation: &explanation,
     };
-    explain(&recording, KNOWN.with_atlas(), how, &())
+    explain(recording, KNOWN.with_atlas(), how, &())
         .unwrap()
         .explanation
 }
@@ -44,7 +44,7 @@ fn is_explained_by(truth: &Truth, explanation: &WalkExplanation) -> bool {
 
 #[test]
 fn a_tilted_sensor_is_found_and_a_slope_is_not_ruled_out() {
-    let explanation = explained("undeclared-c");
+    let explanation = explained(&recording("undeclared-c"));
     let truth = &Truth::all()["undeclared-c"];
     assert_eq!(truth.effect.as_deref(), Some("imu_misalignment"));
     assert!(
@@ -74,7 +74,8 @@ fn a_tilted_sensor_is_found_and_a_slope_is_not_ruled_out() {
 
 #[test]
 fn a_robot_that_lacks_nothing_has_no_effects() {
-    let explanation = explained("healthy");
+    // Less of the walk takes less time.
+    let explanation = explained(&recording("healthy").before(10.5));
     let truths = Truth::all();
     assert_eq!(truths["healthy"].effect, None);
     assert!(

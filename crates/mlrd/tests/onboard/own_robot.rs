@@ -33,7 +33,6 @@ processor_share = 1.0
 [identification]
 window_s = 3.0
 leaders = 1
-calibrate_before_damage = false
 variations = [{}]
 [identification.genetic]
 population = 8
