@@ -6,12 +6,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod bad_sensor;
+mod calibrated_robot;
 mod check;
 #[path = "../daemon/mod.rs"]
 mod daemon;
 mod explanation;
 mod load;
-mod own_robot;
 mod real_time;
 mod stdin;
 mod unread_output;
