@@ -44,7 +44,7 @@ impl KnownRobot {
 /// The default settings, but for six variations of the model: each takes time.
 pub(crate) fn settings() -> IdentifySettings {
     let mut settings = IdentifySettings::default();
-    // As described; three servos that are softer, stiffer, and softer with more friction; two slopes.
+    // As described; soft servos on slippery ground, stiff ones, very soft ones on rough ground; two slopes.
     let all = std::mem::take(&mut settings.variations);
     settings.variations = [0, 2, 4, 6, 14, 18].map(|index| all[index]).into();
     settings

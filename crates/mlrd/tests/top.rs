@@ -17,13 +17,13 @@ use std::{
     fs::{self, File, OpenOptions},
     io::{Read, Write},
     path::{Path, PathBuf},
-    process::{Command, Output, Stdio},
+    process::{Command, Output},
     thread,
     time::{Duration, Instant},
 };
 
 use daemon::{
-    Daemon, HANG, LOG,
+    Daemon, HANG, LOG, piped,
     player::{Device, Line as SerialLine, play_in_real_time},
     signal,
 };
@@ -211,14 +211,7 @@ fn the_usual_terminal_shows_everything_at_once() {
 }
 
 fn top(arguments: &[&str], stdin: &str) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_mlrd"))
-        .arg("top")
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = piped(&[&["top"], arguments].concat());
     // It may end without having read all.
     let _ = child.stdin.take().unwrap().write_all(stdin.as_bytes());
     child.wait_with_output().unwrap()

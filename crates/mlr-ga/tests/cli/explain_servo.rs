@@ -35,7 +35,10 @@ fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
     let (section, plot) = (folder.path("servo.toml"), folder.path("servo.svg"));
     let fitted = recordings(&["kp100", "kp800"], &["sin-time-square"]);
     let mut unseen = recordings(&["kp100", "kp800"], &["sin-sin", "up-and-down"]);
-    unseen.extend(recordings(&["kp400"], &["sin-sin", "up-and-down"]));
+    unseen.extend(recordings(
+        &["kp400"],
+        &["sin-sin", "up-and-down", "sin-time-square", "lift-and-drop"],
+    ));
     let mut arguments = vec!["explain-servo", &bench, "--json", "--effects", KINDS];
     arguments.extend(["-o", &section, "--plot", &plot]);
     arguments.extend(fitted.iter().map(String::as_str));
@@ -55,7 +58,7 @@ fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
             errors(true, "after_deg").len(),
             errors(false, "after_deg").len()
         ),
-        (2, 6)
+        (2, 8)
     );
     for (fitted, most_deg) in [(true, 2.0), (false, 3.5)] {
         let (before, after) = (errors(fitted, "before_deg"), errors(fitted, "after_deg"));
@@ -87,7 +90,7 @@ fn a_real_servo_is_predicted_on_trajectories_and_a_gain_that_were_not_fitted() {
     assert!(
         fs::read_to_string(&plot)
             .unwrap()
-            .contains("kp400-up-and-down, unseen")
+            .contains("kp400-lift-and-drop, unseen")
     );
 }
 

@@ -97,6 +97,17 @@ impl Drop for Daemon {
     }
 }
 
+/// The program with these arguments, and pipes to and from it.
+pub(crate) fn piped(arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_mlrd"))
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
 /// Sends a signal, by its name without SIG.
 pub(crate) fn signal(process: u32, name: &str) {
     let mut kill = Command::new("kill");

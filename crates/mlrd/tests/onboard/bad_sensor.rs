@@ -1,5 +1,6 @@
 //! Sensors that are broken or mounted wrongly, on a real pseudo-terminal. Time is the
 //! device's, as fast as the daemon reads.
+
 use std::path::Path;
 
 use crate::daemon::{

@@ -1,4 +1,5 @@
 //! `mlrd check` on real pseudo-terminals, each with one thing wrong.
+
 use std::{
     fs,
     path::Path,

@@ -2,7 +2,7 @@
 //! mostly wait and the longest of them keeps one core busy: the others run beside it.
 //!
 //! A process that is started here inherits what is open, the ends of other tests' pseudo-terminals
-//! among it. Tests that unplug a line while others run are programs of their own.
+//! among it. Tests that unplug a line are a program of their own, or run alone (`real_time`).
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod bad_sensor;

@@ -1,22 +1,18 @@
 //! Samples that another program hands on.
+
 use std::{
     io::Write as _,
     process::{Command, Output, Stdio},
 };
 
+use crate::daemon::piped;
 use mlr_imu::{Columns, read_log};
 use serde_json::Value;
 
 /// What the daemon says to this text, and its messages.
 fn said_to(text: &[u8], more: &[&str]) -> (Vec<Value>, Output) {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_mlrd"))
-        .args(["--stdin", "--no-explain", "--no-recover", "--no-learn"])
-        .args(more)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let alone = ["--stdin", "--no-explain", "--no-recover", "--no-learn"];
+    let mut child = piped(&[&alone, more].concat());
     let mut stdin = child.stdin.take().unwrap();
     stdin.write_all(text).unwrap();
     // The end of its input.

@@ -1,5 +1,6 @@
 //! The daemon whose output nobody reads, on a real pseudo-terminal. Time is the device's, as
 //! fast as the daemon reads.
+
 use std::{
     fs,
     io::{BufRead, BufReader, PipeReader, PipeWriter, Write, pipe},
