@@ -17,13 +17,13 @@ pub struct OutOfReach {
 /// Position of the foot tip in the body frame, with the joints at `angles_rad`
 /// (from the hip outward).
 pub fn foot_tip(leg: &Leg, angles_rad: &[f64]) -> Point3<f64> {
-    Point3::from(
-        chain(leg, angles_rad)
-            .last()
-            .map_or(leg.hip_frame().translation.vector, |tip| {
-                tip.translation.vector
-            }),
-    )
+    outer_end(leg, &chain(leg, angles_rad))
+}
+
+/// Where the last of these links ends; the hip of a leg without links.
+fn outer_end(leg: &Leg, tips: &[Isometry3<f64>]) -> Point3<f64> {
+    let tip = tips.last().map(|tip| tip.translation.vector);
+    tip.unwrap_or(leg.hip_m.coords).into()
 }
 
 /// Mass of the leg's innermost links, as many as there are angles, and its first moment about the
@@ -84,13 +84,14 @@ pub fn inverse(leg: &Leg, target: Point3<f64>) -> Result<Vec<f64>, OutOfReach> {
     const LEAST_DAMPING_M2: f64 = 1e-15;
 
     let mut angles_rad: Vec<f64> = leg.links.iter().map(|link| link.posture_rad).collect();
-    let mut miss = target - foot_tip(leg, &angles_rad);
+    let mut tips = chain(leg, &angles_rad);
+    let mut miss = target - outer_end(leg, &tips);
     let mut damping_m2 = 1e-4;
     for _ in 0..MAX_ITERATIONS {
         if miss.norm() < CONVERGED_M {
             break;
         }
-        let columns = jacobian(leg, &angles_rad);
+        let columns = jacobian(leg, &tips);
         let normal = columns
             .iter()
             .fold(Matrix3::identity() * damping_m2, |sum, column| {
@@ -104,10 +105,10 @@ pub fn inverse(leg: &Leg, target: Point3<f64>) -> Result<Vec<f64>, OutOfReach> {
             .zip(&columns)
             .map(|(angle_rad, column)| angle_rad + column.dot(&weighted_miss))
             .collect();
-        let new_miss = target - foot_tip(leg, &stepped);
+        let new_tips = chain(leg, &stepped);
+        let new_miss = target - outer_end(leg, &new_tips);
         if new_miss.norm() < miss.norm() {
-            angles_rad = stepped;
-            miss = new_miss;
+            (angles_rad, tips, miss) = (stepped, new_tips, new_miss);
             damping_m2 = (damping_m2 * 0.1).max(LEAST_DAMPING_M2);
         } else {
             damping_m2 *= 10.0;
@@ -121,12 +122,9 @@ pub fn inverse(leg: &Leg, target: Point3<f64>) -> Result<Vec<f64>, OutOfReach> {
     }
 }
 
-/// Velocity of the foot tip per unit speed of each joint, body frame.
-fn jacobian(leg: &Leg, angles_rad: &[f64]) -> Vec<Vector3<f64>> {
-    let tips = chain(leg, angles_rad);
-    let foot = tips
-        .last()
-        .map_or(Vector3::zeros(), |tip| tip.translation.vector);
+/// Velocity of the foot tip per unit speed of each joint, body frame, with links that end there.
+fn jacobian(leg: &Leg, tips: &[Isometry3<f64>]) -> Vec<Vector3<f64>> {
+    let foot = outer_end(leg, tips).coords;
     let joints = std::iter::once(leg.hip_frame()).chain(tips.iter().copied());
     leg.links
         .iter()

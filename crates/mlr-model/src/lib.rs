@@ -35,6 +35,7 @@
 
 mod assembly;
 pub mod bench;
+mod command_cache;
 pub mod dynamics;
 mod error;
 mod fault;
@@ -52,6 +53,7 @@ mod terrain;
 mod variation;
 
 pub use assembly::{AssembledLeg, Assembly, LinkPart, LockedContact};
+pub use command_cache::CommandCache;
 pub use error::ModelError;
 pub use fault::Fault;
 pub use gait::{

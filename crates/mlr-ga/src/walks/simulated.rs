@@ -1,6 +1,8 @@
 use std::collections::BTreeMap;
 
-use mlr_model::{Gait, ModelError, Morphology, Robot, SimulationSettings, Simulator, Variation};
+use mlr_model::{
+    CommandCache, Gait, ModelError, Morphology, Robot, SimulationSettings, Simulator, Variation,
+};
 
 use super::{Case, Look, WalkSource, Walked};
 use crate::comparison::ComparableWalk;
@@ -30,6 +32,7 @@ impl SimulatedWalks {
         looks: &[usize],
     ) -> Result<Self, ModelError> {
         let mut simulators = BTreeMap::new();
+        let commands = CommandCache::default();
         for case in cases {
             let Some(varied) = variations.get(case.variation) else {
                 continue;
@@ -41,7 +44,8 @@ impl SimulatedWalks {
                 lost_links: case.lost_links,
                 ..simulation
             };
-            simulators.insert(case, Simulator::new(robot, gait, simulation)?);
+            let simulator = Simulator::sharing(&commands, robot, gait, simulation)?;
+            simulators.insert(case, simulator);
         }
         Ok(Self {
             simulators,

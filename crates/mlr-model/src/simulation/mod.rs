@@ -15,10 +15,12 @@ pub use settings::{GroundContact, LostLinks, Record, SimulationSettings};
 pub use trajectory::{Outcome, Trajectory};
 pub use walk::Walk;
 
+use std::sync::Arc;
+
 use nalgebra::UnitQuaternion;
 use rapier3d::prelude::SharedShape;
 
-use crate::{Gait, JointCommands, ModelError, Morphology, Robot};
+use crate::{CommandCache, Gait, JointCommands, ModelError, Morphology, Robot};
 
 /// Simulates one robot with one gait for any morphology.
 ///
@@ -28,7 +30,7 @@ use crate::{Gait, JointCommands, ModelError, Morphology, Robot};
 #[derive(Debug)]
 pub struct Simulator {
     robot: Robot,
-    commands: JointCommands,
+    commands: Arc<JointCommands>,
     settings: SimulationSettings,
     ground: SharedShape,
     ground_rotation: UnitQuaternion<f64>,
@@ -46,8 +48,21 @@ impl Simulator {
         gait: &Gait,
         settings: SimulationSettings,
     ) -> Result<Self, ModelError> {
+        Self::sharing(&CommandCache::default(), robot, gait, settings)
+    }
+
+    /// The same, whose joint commands are taken from this cache, or kept there.
+    ///
+    /// # Errors
+    /// Those of [`Simulator::new`].
+    pub fn sharing(
+        cache: &CommandCache,
+        robot: Robot,
+        gait: &Gait,
+        settings: SimulationSettings,
+    ) -> Result<Self, ModelError> {
         settings.check_on(&robot)?;
-        let commands = JointCommands::new(&robot, gait, settings.duration_s)?;
+        let commands = cache.commands(&robot, gait, settings.duration_s)?;
         let (ground, up) = settings.terrain.level_shape();
         let ground_rotation = settings.terrain.inclination() * up;
         Ok(Self {

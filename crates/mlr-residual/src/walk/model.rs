@@ -2,7 +2,8 @@
 
 use mlr_filter::{Axes, OrientationSeries};
 use mlr_model::{
-    Gait, ModelError, Morphology, Outcome, Robot, Servo, SimulationSettings, Simulator, Trajectory,
+    CommandCache, Gait, ModelError, Morphology, Outcome, Robot, Servo, SimulationSettings,
+    Simulator, Trajectory,
 };
 
 use super::{Sensing, WalkRecord};
@@ -27,6 +28,8 @@ pub struct WalkModel {
     pub clock: f64,
     /// The sensor on the body.
     pub sensing: Sensing,
+    /// Joint commands of walks before, which models made of this one share.
+    commands: CommandCache,
 }
 
 impl WalkModel {
@@ -43,6 +46,7 @@ impl WalkModel {
             robot,
             gait,
             simulation,
+            commands: CommandCache::default(),
         }
     }
 
@@ -77,8 +81,8 @@ impl WalkModel {
             ..self.simulation.clone()
         };
         let robot = self.robot.clone().with_servo(self.servo)?;
-        let simulator = Simulator::new(robot, &self.gait, settings)?.following_heading();
-        Ok(match simulator.simulate(morphology) {
+        let simulator = Simulator::sharing(&self.commands, robot, &self.gait, settings)?;
+        Ok(match simulator.following_heading().simulate(morphology) {
             Outcome::Walked(trajectory) => Some(trajectory),
             Outcome::Diverged { .. } => None,
         })

@@ -1,5 +1,5 @@
 // Changed from rapier3d 0.36.1: products with Jacobians leave out the columns that are always zero, and are
-// unrolled.
+// unrolled; poses of links can be computed without Jacobians.
 
 use super::multibody_link::{MultibodyLink, MultibodyLinkVec};
 use super::multibody_workspace::MultibodyWorkspace;
@@ -139,6 +139,27 @@ fn set_product<const R: usize, const C: usize, SR, ST>(
     }
 }
 
+/// The product of a rigid body's mass matrix, made by `concat_rb_mass_matrix`, with a column, without the
+/// elements that are zero.
+#[inline(always)]
+fn mass_product(
+    mass: &SMatrix<Real, SPATIAL_DIM, SPATIAL_DIM>,
+    column: &[Real; SPATIAL_DIM],
+) -> [Real; SPATIAL_DIM] {
+    let mass = &mass.data.0;
+    let mut product = [0.0; SPATIAL_DIM];
+    for i in 0..DIM {
+        product[i] = mass[i][i] * column[i];
+    }
+    for i in DIM..SPATIAL_DIM {
+        product[i] = mass[DIM][i] * column[DIM];
+        for k in DIM + 1..SPATIAL_DIM {
+            product[i] += mass[k][i] * column[k];
+        }
+    }
+    product
+}
+
 /// Computes `to += factor * left * right` in the columns of these ranges.
 #[inline]
 fn add_product<const R: usize, const C: usize, SR, ST>(
@@ -162,27 +183,92 @@ fn add_product<const R: usize, const C: usize, SR, ST>(
     }
 }
 
-/// Computes `to += left^T * right` in the rows and columns of these ranges.
-fn add_tr_product(
+/// How many entries of a column of a mass matrix are computed side by side.
+const LANES: usize = 4;
+
+/// Adds what a link with this Jacobian contributes to the two mass matrices of its multibody, in the
+/// columns and rows of these ranges: `left^T * right[0]` to the first, `left^T * right[1]` and then
+/// `left^T * right[2]` to the second.
+fn add_to_masses(
     ranges: &[Range<usize>],
-    to: &mut DMatrix<Real>,
+    masses: [&mut DMatrix<Real>; 2],
     left: &Jacobian<Real>,
-    right: &Jacobian<Real>,
+    right: [&Jacobian<Real>; 3],
 ) {
-    for j in ranges.iter().cloned().flatten() {
-        let right = column_of(right, j);
-        let mut to = to.column_mut(j);
-        let to = to.as_mut_slice();
-        for range in ranges {
-            for (i, to) in range.clone().zip(&mut to[range.clone()]) {
-                let left = column_of(left, i);
-                let mut sum = left[0] * right[0];
-                for k in 1..SPATIAL_DIM {
-                    sum += left[k] * right[k];
+    let nrows = left.ncols();
+    let [masses, acc_masses] = masses.map(|mass| mass.as_mut_slice());
+    for rows in ranges {
+        for first in rows.clone().step_by(LANES) {
+            let count = LANES.min(rows.end - first);
+            let mut left_tr = [[0.0; LANES]; SPATIAL_DIM];
+            for lane in 0..count {
+                let column = column_of(left, first + lane);
+                for k in 0..SPATIAL_DIM {
+                    left_tr[k][lane] = column[k];
                 }
-                *to += sum;
+            }
+            for columns in ranges {
+                for j in columns.clone() {
+                    let sum = lanes(&left_tr, &column_of(right[0], j));
+                    let sum_acc = lanes(&left_tr, &column_of(right[1], j));
+                    let sum_coriolis = lanes(&left_tr, &column_of(right[2], j));
+                    let start = j * nrows + first;
+                    let mass = &mut masses[start..start + count];
+                    let acc_mass = &mut acc_masses[start..start + count];
+                    // A number of lanes that the compiler knows takes an instruction.
+                    if count == LANES {
+                        for lane in 0..LANES {
+                            mass[lane] += sum[lane];
+                            acc_mass[lane] = (acc_mass[lane] + sum_acc[lane]) + sum_coriolis[lane];
+                        }
+                    } else {
+                        for lane in 0..count {
+                            mass[lane] += sum[lane];
+                            acc_mass[lane] = (acc_mass[lane] + sum_acc[lane]) + sum_coriolis[lane];
+                        }
+                    }
+                }
             }
         }
+    }
+}
+
+/// The products of some columns, given as rows, with another.
+#[inline(always)]
+fn lanes(left_tr: &[[Real; LANES]; SPATIAL_DIM], right: &[Real; SPATIAL_DIM]) -> [Real; LANES] {
+    // Written out, so that the compiler keeps the lanes in a register.
+    [
+        lane(left_tr, right, 0),
+        lane(left_tr, right, 1),
+        lane(left_tr, right, 2),
+        lane(left_tr, right, 3),
+    ]
+}
+
+/// One of `lanes`, summed in the order of its column.
+#[inline(always)]
+fn lane(left_tr: &[[Real; LANES]; SPATIAL_DIM], right: &[Real; SPATIAL_DIM], lane: usize) -> Real {
+    let mut sum = left_tr[0][lane] * right[0];
+    for k in 1..SPATIAL_DIM {
+        sum += left_tr[k][lane] * right[k];
+    }
+    sum
+}
+
+/// Computes `to += left^T * right` in the rows of these ranges.
+fn add_tr_vector<S: StorageMut<Real, Dyn>>(
+    ranges: &[Range<usize>],
+    to: &mut na::Vector<Real, Dyn, S>,
+    left: &Jacobian<Real>,
+    right: &SVector<Real, SPATIAL_DIM>,
+) {
+    for i in ranges.iter().cloned().flatten() {
+        let left = column_of(left, i);
+        let mut sum = left[0] * right[0];
+        for k in 1..SPATIAL_DIM {
+            sum += left[k] * right[k];
+        }
+        to[i] += sum;
     }
 }
 
@@ -258,7 +344,8 @@ pub struct Multibody {
     coriolis_v: Vec<OMatrix<Real, Dim, Dyn>>,
     coriolis_w: Vec<OMatrix<Real, AngDim, Dyn>>,
     i_coriolis_dt: Jacobian<Real>,
-    mass_jacobian: Jacobian<Real>,
+    /// A link's mass matrix times its Jacobian: without and with gyroscopic terms.
+    mass_jacobians: [Jacobian<Real>; 2],
     /// For each link, the columns of its Jacobian that can differ from zero: the dofs of the link
     /// and of its ancestors, as ascending disjoint ranges.
     dof_ranges: Vec<Vec<Range<usize>>>,
@@ -295,7 +382,7 @@ impl Multibody {
             coriolis_v: Vec::new(),
             coriolis_w: Vec::new(),
             i_coriolis_dt: Jacobian::zeros(0),
-            mass_jacobian: Jacobian::zeros(0),
+            mass_jacobians: [Jacobian::zeros(0), Jacobian::zeros(0)],
             dof_ranges: Vec::new(),
             root_is_dynamic: false,
             self_contacts_enabled,
@@ -729,20 +816,21 @@ impl Multibody {
                 rb.forces.force - rb_mass * acc.linvel,
                 rb.forces.torque - gyroscopic - rb_inertia * acc.angvel,
             );
-            self.accelerations.gemv_tr(
-                1.0,
+            let ranges = &self.dof_ranges[i];
+            add_tr_vector(
+                ranges,
+                &mut self.accelerations,
                 &self.body_jacobians[i],
                 external_forces.as_vector(),
-                1.0,
             );
 
             if check_implicit_coriolis_divergence {
                 let applied_forces = Force::new(rb.forces.force, rb.forces.torque);
-                pos_forces.gemv_tr(
-                    1.0,
+                add_tr_vector(
+                    ranges,
+                    &mut pos_forces,
                     &self.body_jacobians[i],
                     applied_forces.as_vector(),
-                    1.0,
                 );
             }
         }
@@ -995,7 +1083,7 @@ impl Multibody {
             self.coriolis_w =
                 vec![OMatrix::<Real, AngDim, Dyn>::zeros(self.ndofs); self.links.len()];
             self.i_coriolis_dt = Jacobian::zeros(self.ndofs);
-            self.mass_jacobian = Jacobian::zeros(self.ndofs);
+            self.mass_jacobians = [(); 2].map(|()| Jacobian::zeros(self.ndofs));
         }
 
         let mut curr_assembly_id = 0;
@@ -1045,27 +1133,14 @@ impl Multibody {
             let rb_mass_matrix_wo_gyro = concat_rb_mass_matrix(rb_mass, rb_inertia.into());
             #[allow(clippy::useless_conversion)] // Needed in 3D, no-op in 2D
             let rb_mass_matrix = concat_rb_mass_matrix(rb_mass, augmented_inertia.into());
-            let mass_jacobian = &mut self.mass_jacobian;
-            set_product(
-                ranges,
-                mass_jacobian,
-                1.0,
-                &rb_mass_matrix_wo_gyro,
-                body_jacobian,
-            );
-            add_tr_product(
-                ranges,
-                &mut self.augmented_mass,
-                body_jacobian,
-                mass_jacobian,
-            );
-            set_product(ranges, mass_jacobian, 1.0, &rb_mass_matrix, body_jacobian);
-            add_tr_product(
-                ranges,
-                &mut self.acc_augmented_mass,
-                body_jacobian,
-                mass_jacobian,
-            );
+            let [mass_jacobian, acc_mass_jacobian] = &mut self.mass_jacobians;
+            for j in ranges.iter().cloned().flatten() {
+                let column = column_of(body_jacobian, j);
+                let product = mass_product(&rb_mass_matrix_wo_gyro, &column);
+                set_column(mass_jacobian, j, product);
+                let product = mass_product(&rb_mass_matrix, &column);
+                set_column(acc_mass_jacobian, j, product);
+            }
 
             /*
              *
@@ -1093,20 +1168,27 @@ impl Multibody {
 
                 // [c1 - c0].gcross() * (JDot + JDot/u * qdot)"
                 let shift_cross_tr = vect_to_na(link.shift02).gcross_matrix_tr();
-                add_product(ranges, coriolis_v, 1.0, &shift_cross_tr, parent_coriolis_w);
 
                 // JDot (but the 2.0 originates from the sum of two identical terms in JDot and JDot/u * gdot)
                 let dvel_cross = vect_to_na(
                     rb.vels.angvel.gcross(link.shift02) + 2.0 * link.joint_velocity.linvel,
                 )
                 .gcross_matrix_tr();
-                add_product(ranges, coriolis_v, 1.0, &dvel_cross, &parent_j_w);
 
                 // JDot/u * qdot
                 let joint_vel_cross = vect_to_na(link.joint_velocity.linvel).gcross_matrix_tr();
-                add_product(ranges, coriolis_v, 1.0, &joint_vel_cross, &parent_j_w);
                 let parent_w_shift = parent_w * shift_cross_tr;
-                add_product(ranges, coriolis_v, 1.0, &parent_w_shift, &parent_j_w);
+
+                for j in ranges.iter().cloned().flatten() {
+                    let parent_j_w = column_of(&parent_j_w, j);
+                    let mut sum = column_of(coriolis_v, j);
+                    let parent_coriolis_w = column_of(parent_coriolis_w, j);
+                    add_columns(&mut sum, &shift_cross_tr, &parent_coriolis_w, 0);
+                    add_columns(&mut sum, &dvel_cross, &parent_j_w, 0);
+                    add_columns(&mut sum, &joint_vel_cross, &parent_j_w, 0);
+                    add_columns(&mut sum, &parent_w_shift, &parent_j_w, 0);
+                    set_column(coriolis_v, j, sum);
+                }
 
                 #[cfg(feature = "dim3")]
                 {
@@ -1147,16 +1229,22 @@ impl Multibody {
             {
                 // [c3 - c2].gcross() * (JDot + JDot/u * qdot)
                 let shift_cross_tr = vect_to_na(link.shift23).gcross_matrix_tr();
-                add_product(ranges, coriolis_v, 1.0, &shift_cross_tr, coriolis_w);
 
                 // JDot
                 let dvel_cross = vect_to_na(rb.vels.angvel.gcross(link.shift23)).gcross_matrix_tr();
-                add_product(ranges, coriolis_v, 1.0, &dvel_cross, &rb_j_w);
 
                 // JDot/u * qdot
                 let w_shift =
                     SimdAngVector::<Real>::from(rb.vels.angvel).gcross_matrix() * shift_cross_tr;
-                add_product(ranges, coriolis_v, 1.0, &w_shift, &rb_j_w);
+
+                for j in ranges.iter().cloned().flatten() {
+                    let rb_j_w = column_of(&rb_j_w, j);
+                    let mut sum = column_of(coriolis_v, j);
+                    add_columns(&mut sum, &shift_cross_tr, &column_of(coriolis_w, j), 0);
+                    add_columns(&mut sum, &dvel_cross, &rb_j_w, 0);
+                    add_columns(&mut sum, &w_shift, &rb_j_w, 0);
+                    set_column(coriolis_v, j, sum);
+                }
             }
 
             let coriolis_v = &mut self.coriolis_v[i];
@@ -1188,11 +1276,12 @@ impl Multibody {
                 set_product(ranges, &mut i_coriolis_dt_w, dt, &inertia, coriolis_w);
             }
 
-            add_tr_product(
+            let [mass_jacobian, acc_mass_jacobian] = &self.mass_jacobians;
+            add_to_masses(
                 ranges,
-                &mut self.acc_augmented_mass,
+                [&mut self.augmented_mass, &mut self.acc_augmented_mass],
                 rb_j,
-                &self.i_coriolis_dt,
+                [mass_jacobian, acc_mass_jacobian, &self.i_coriolis_dt],
             );
         }
 
@@ -1247,16 +1336,16 @@ impl Multibody {
             .rearrange_rows(&mut self.augmented_mass, true);
 
         // TODO: avoid allocation inside LU at each timestep.
-        self.acc_inv_augmented_mass = LU::new(
-            self.acc_augmented_mass
-                .view((0, 0), (effective_dim, effective_dim))
-                .into_owned(),
-        );
-        self.inv_augmented_mass = LU::new(
-            self.augmented_mass
-                .view((0, 0), (effective_dim, effective_dim))
-                .into_owned(),
-        );
+        let leading = |mass: &DMatrix<Real>| {
+            if effective_dim == mass.nrows() {
+                mass.clone()
+            } else {
+                let size = (effective_dim, effective_dim);
+                mass.view((0, 0), size).into_owned()
+            }
+        };
+        self.acc_inv_augmented_mass = LU::new(leading(&self.acc_augmented_mass));
+        self.inv_augmented_mass = LU::new(leading(&self.augmented_mass));
     }
 
     /// Per-DoF inverse joint-space inertia `diag(M⁻¹)` at the current configuration, where `M`
@@ -1601,6 +1690,16 @@ impl Multibody {
         bodies: &RigidBodySet,
         read_root_pose_from_rigid_body: bool,
     ) {
+        self.update_link_poses(bodies, read_root_pose_from_rigid_body);
+        self.update_body_jacobians();
+    }
+
+    /// The forward kinematics without the body jacobians, which stay what they were.
+    pub(crate) fn update_link_poses(
+        &mut self,
+        bodies: &RigidBodySet,
+        read_root_pose_from_rigid_body: bool,
+    ) {
         // Be sure the degrees of freedom match and take the root position if needed.
         self.update_root_type(bodies, read_root_pose_from_rigid_body);
 
@@ -1635,11 +1734,6 @@ impl Multibody {
                 "A rigid-body that is not at the root of a multibody must be dynamic."
             );
         }
-
-        /*
-         * Compute body jacobians.
-         */
-        self.update_body_jacobians();
     }
 
     /// Computes the ids of all the links between the root and the link identified by `link_id`.
@@ -1807,12 +1901,14 @@ impl Multibody {
 
         let link = &self.links[link_id];
         let mut out_j = jacobians.rows_mut(*j_id, self.ndofs);
-        self.body_jacobians[link.internal_id].tr_mul_to(force.as_vector(), &mut out_j);
-
-        // TODO: Optimize with a copy_nonoverlapping?
-        for i in 0..self.ndofs {
-            jacobians[wj_id + i] = jacobians[*j_id + i];
-        }
+        out_j.fill(0.0);
+        add_tr_vector(
+            &self.dof_ranges[link.internal_id],
+            &mut out_j,
+            &self.body_jacobians[link.internal_id],
+            force.as_vector(),
+        );
+        jacobians.as_mut_slice().copy_within(*j_id..wj_id, wj_id);
 
         {
             let mut out_invm_j = jacobians.rows_mut(wj_id, self.ndofs);

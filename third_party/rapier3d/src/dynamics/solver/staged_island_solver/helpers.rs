@@ -1,3 +1,5 @@
+// Changed from rapier3d 0.36.1: Jacobians of a multibody are not computed for a state that no substep begins with.
+
 //! Staged-solver entry points on [`ContactConstraintsSet`] and
 //! [`VelocitySolver`]: generic (multibody) constraint init and the
 //! multibody-only halves of buffer init and position integration.
@@ -139,7 +141,12 @@ impl VelocitySolver {
                 .rows(multibody.solver_id as usize, multibody.ndofs());
             multibody.velocities.copy_from(&solver_vels);
             multibody.integrate(params.dt);
-            multibody.forward_kinematics(bodies, false);
+            // The next step begins with forward kinematics of its own, jacobians included.
+            if is_last_substep {
+                multibody.update_link_poses(bodies, false);
+            } else {
+                multibody.forward_kinematics(bodies, false);
+            }
             multibody.update_rigid_bodies_internal(bodies, !is_last_substep, true, false);
 
             if !is_last_substep {
