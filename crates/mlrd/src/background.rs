@@ -24,7 +24,7 @@ use crate::{
     robot_model::RobotModel,
 };
 
-/// Does one thing after the other, on one thread of the lowest priority.
+/// Does one thing after the other, on threads of the lowest priority.
 pub struct Background {
     jobs: Sender<Job>,
 }
@@ -70,7 +70,10 @@ pub enum Done {
 
 /// What jobs are done with.
 struct Bench {
-    pool: rayon::ThreadPool,
+    /// For what somebody waits for: explanations and recovery gaits.
+    awaited: rayon::ThreadPool,
+    /// One thread for what is learned, which has a share of one processor (`processor_share`).
+    learning: rayon::ThreadPool,
     known: Arc<RobotModel>,
     explanation: EvidenceSettings,
     recovery: RecoverSettings,
@@ -78,11 +81,13 @@ struct Bench {
 }
 
 impl Background {
-    /// One that answers to `done`; a lesson forgets such a share of what was known before.
+    /// One that explains and looks for gaits on so many threads, and answers to `done`; a lesson
+    /// forgets such a share of what was known before.
     ///
     /// # Errors
     /// When no thread is to be had.
     pub fn new(
+        threads: usize,
         known: Arc<RobotModel>,
         explanation: EvidenceSettings,
         recovery: RecoverSettings,
@@ -91,17 +96,8 @@ impl Background {
         done: Sender<Done>,
     ) -> anyhow::Result<Self> {
         let bench = Bench {
-            // Everything parallel within a job stays in this pool.
-            pool: rayon::ThreadPoolBuilder::new()
-                .num_threads(1)
-                .thread_name(|index| format!("explain-{index}"))
-                .start_handler(move |_| {
-                    // An explanation at ordinary priority is better than none.
-                    if let Err(error) = priority::lower_this_thread() {
-                        messages.say(&format!("explanations at ordinary priority: {error}"));
-                    }
-                })
-                .build()?,
+            awaited: low_priority_pool("explain", threads, &messages)?,
+            learning: low_priority_pool("learn", 1, &messages)?,
             known,
             explanation,
             recovery,
@@ -120,6 +116,27 @@ impl Background {
     pub fn ask(&self, job: Job) -> bool {
         self.jobs.send(job).is_ok()
     }
+}
+
+/// Threads of the lowest priority; everything parallel within a job stays in its pool.
+fn low_priority_pool(
+    name: &'static str,
+    threads: usize,
+    messages: &Messages,
+) -> anyhow::Result<rayon::ThreadPool> {
+    let messages = messages.clone();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(move |index| format!("{name}-{index}"))
+        .start_handler(move |index| {
+            // An answer at ordinary priority is better than none.
+            if let Err(error) = priority::lower_this_thread()
+                && index == 0
+            {
+                messages.say(&format!("{name} at ordinary priority: {error}"));
+            }
+        });
+    Ok(pool.build()?)
 }
 
 impl Bench {
@@ -153,7 +170,7 @@ impl Bench {
     fn explain(&self, request: Request, sensing: Sensing, robot: &Robot) -> Done {
         let (known, settings) = (&self.known, &self.explanation);
         let explained = self
-            .pool
+            .awaited
             .install(|| explain_request(request, sensing, robot, known, settings));
         Done::Explained(Box::new(explained))
     }
@@ -161,7 +178,7 @@ impl Bench {
     fn recover(&self, job: &RecoverJob) -> Done {
         let (known, settings) = (&self.known, &self.recovery);
         let found = self
-            .pool
+            .awaited
             .install(|| job.done(known, &self.explanation, settings));
         Done::Recovered(found.map(Box::new))
     }
@@ -178,7 +195,7 @@ impl Bench {
         let corrected = |stretch: &WalkStretch| stretch.clone().corrected(&job.sensing);
         let (stretch, compared) = (corrected(&job.stretch), corrected(&job.compared));
         let outcome = self
-            .pool
+            .learning
             .install(|| round.learn(&stretch, &compared, &job.known, job.before.as_deref()));
         Done::Learned(outcome, begin.elapsed())
     }

@@ -200,6 +200,7 @@ pub(crate) mod tests {
         let messages = Messages::to_stderr().unwrap();
         let explanation = EvidenceSettings::default();
         let background = Background::new(
+            1,
             known,
             explanation,
             RecoverSettings::default(),

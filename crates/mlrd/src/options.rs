@@ -59,7 +59,7 @@ pub struct Options {
     /// Gait in TOML [default: the embedded tripod].
     #[arg(long, value_name = "FILE")]
     gait: Option<PathBuf>,
-    /// Threads for identification [default: all cores but one].
+    /// Threads for identifications, explanations and recovery gaits [default: all cores but one].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<usize>,
     /// What decides which legs are damaged: mlr, or the paper's method as published, which needs

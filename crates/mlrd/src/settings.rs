@@ -53,7 +53,7 @@ pub struct Settings {
     pub state_dir: Option<PathBuf>,
     /// Walks simulated beforehand by `mlr-ga atlas build`, for instant answers.
     pub atlas: Option<PathBuf>,
-    /// Threads for identification; all cores but one unless told.
+    /// Threads for identifications, explanations and recovery gaits; all cores but one unless told.
     pub threads: Option<usize>,
     /// Seed of the genetic algorithm.
     pub seed: u64,
@@ -210,8 +210,8 @@ impl Settings {
         })
     }
 
-    /// Threads for identification.
-    pub(crate) fn identification_threads(&self) -> usize {
+    /// Threads for identifications, explanations and recovery gaits.
+    pub(crate) fn answer_threads(&self) -> usize {
         self.threads.unwrap_or_else(|| {
             thread::available_parallelism().map_or(1, |cores| (cores.get() - 1).max(1))
         })

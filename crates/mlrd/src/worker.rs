@@ -46,7 +46,7 @@ impl Worker {
     ) -> anyhow::Result<Self> {
         Ok(Self {
             pool: rayon::ThreadPoolBuilder::new()
-                .num_threads(settings.identification_threads())
+                .num_threads(settings.answer_threads())
                 .thread_name(|index| format!("identify-{index}"))
                 .build()?,
             known,

@@ -100,15 +100,15 @@ impl Speed {
             // More threads than cores are no faster.
             estimated_s: walks / (walks_per_s / cores as f64 * threads.min(cores) as f64),
         };
-        let threads = settings.identification_threads();
+        let threads = settings.answer_threads();
         let mut estimates = Vec::new();
         if settings.atlas.is_none() {
             estimates.push(estimate("identification", IDENTIFICATION_WALKS, threads));
         }
-        // What is done in the background has one thread.
         if settings.explains() {
-            estimates.push(estimate("explanation", EXPLANATION_WALKS, 1));
+            estimates.push(estimate("explanation", EXPLANATION_WALKS, threads));
         }
+        // What is learned has a share of one processor.
         if settings.learning().is_some() {
             estimates.push(estimate("calibration", CALIBRATION_WALKS, 1));
         }
@@ -151,11 +151,12 @@ mod tests {
             ..Settings::default()
         };
         let speed = Speed::new(&settings, 4, 100.0);
-        let [identification, explanation, _] = speed.estimates.as_slice() else {
+        let [identification, explanation, calibration] = speed.estimates.as_slice() else {
             panic!("{speed:?}");
         };
         assert_eq!(identification.estimated_s, IDENTIFICATION_WALKS / 50.0);
-        assert_eq!(explanation.estimated_s, EXPLANATION_WALKS / 25.0);
+        assert_eq!(explanation.estimated_s, EXPLANATION_WALKS / 50.0);
+        assert_eq!(calibration.estimated_s, CALIBRATION_WALKS / 25.0);
         let with_atlas = Settings {
             atlas: Some("jethexa.atlas".into()),
             explain: false,

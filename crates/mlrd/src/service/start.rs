@@ -52,6 +52,7 @@ impl Service {
                 let (recovery, forgetting) = (settings.recovery, settings.learning.forgetting);
                 let messages = messages.clone();
                 Background::new(
+                    settings.answer_threads(),
                     known,
                     explanation,
                     recovery,
