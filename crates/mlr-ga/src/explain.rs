@@ -83,8 +83,6 @@ const MISLED: f64 = 0.1;
 const NEXT: usize = 2;
 /// Sets of other damaged legs, at most; how many of them are simulated, `effort.bases` bounds.
 const OTHER_LEGS: usize = 4;
-/// Candidate morphologies compared with the one identified, at most.
-const SUSPECTS: usize = 16;
 /// The robot was damaged from the start if its set of damaged legs has more than this
 /// probability there.
 const SURE: f64 = 0.9;
@@ -338,7 +336,7 @@ fn suspects(found: &Identification, settings: &IdentifySettings) -> Vec<Suspect>
         .chain(&found.indistinguishable);
     let mut suspects: Vec<Suspect> = Vec::new();
     for morphology in morphologies {
-        if suspects.len() < SUSPECTS && !suspects.iter().any(|s| s.morphology == *morphology) {
+        if !suspects.iter().any(|s| s.morphology == *morphology) {
             suspects.push(Suspect {
                 ln_prior: ln_prior(found, settings, morphology),
                 morphology: morphology.clone(),

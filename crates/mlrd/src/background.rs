@@ -92,12 +92,12 @@ impl Background {
         explanation: EvidenceSettings,
         recovery: RecoverSettings,
         forgetting: f64,
-        messages: Messages,
+        messages: &Messages,
         done: Sender<Done>,
     ) -> anyhow::Result<Self> {
         let bench = Bench {
-            awaited: low_priority_pool("explain", threads, &messages)?,
-            learning: low_priority_pool("learn", 1, &messages)?,
+            awaited: low_priority_pool("explain", threads, messages)?,
+            learning: low_priority_pool("learn", 1, messages)?,
             known,
             explanation,
             recovery,

@@ -205,7 +205,7 @@ pub(crate) mod tests {
             explanation,
             RecoverSettings::default(),
             0.1,
-            messages,
+            &messages,
             send,
         )
         .unwrap();

@@ -111,9 +111,8 @@ impl OpenQuestion {
     /// The robots with what their lost links may be, as far as that has at least one percent.
     pub fn hypotheses(&self) -> Vec<Hypothesis<'_>> {
         let each = self.robots.iter().flat_map(|one| {
-            let gone = (LostLinks::Absent, 1.0 - one.locked_probability);
-            let locked = (LostLinks::Locked, one.locked_probability);
-            [gone, locked].map(|(lost_links, share)| Hypothesis {
+            let cases = LostLinks::with_probabilities(one.locked_probability);
+            cases.map(|(lost_links, share)| Hypothesis {
                 robot: one,
                 lost_links,
                 probability: share * one.probability,

@@ -97,11 +97,7 @@ impl Found {
             LostLinks::Absent => 0.0,
             LostLinks::Locked => 1.0,
         });
-        let shares = [
-            (LostLinks::Absent, 1.0 - locked),
-            (LostLinks::Locked, locked),
-        ];
-        shares.map(|(lost_links, share)| {
+        LostLinks::with_probabilities(locked).map(|(lost_links, share)| {
             let left = WhatIsLeft {
                 lost_links,
                 ..WhatIsLeft::of(self.morphology.clone())

@@ -130,6 +130,13 @@ pub enum LostLinks {
     Locked,
 }
 
+impl LostLinks {
+    /// Both, each with its probability where they are locked with this one.
+    pub fn with_probabilities(locked: f64) -> [(Self, f64); 2] {
+        [(Self::Absent, 1.0 - locked), (Self::Locked, locked)]
+    }
+}
+
 /// The contact law between robot and ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -50,14 +50,13 @@ impl Service {
                 let known = Arc::clone(&known);
                 let explanation = settings.explanation.clone();
                 let (recovery, forgetting) = (settings.recovery, settings.learning.forgetting);
-                let messages = messages.clone();
                 Background::new(
                     settings.answer_threads(),
                     known,
                     explanation,
                     recovery,
                     forgetting,
-                    messages,
+                    &messages,
                     send_done,
                 )
             })
