@@ -16,16 +16,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
-import robot
 from draw import robot_with, some_legs, without, write
-from robot import JETHEXA, LINKS, STEP_S
-from servo import Servos
-from settings import assemble
-from walk import SETTLE_S, held_joints, record
 from gait import JointFile
+from robot import JETHEXA, LINKS
+from settings import assemble
+from walk import placed, record, steps
 
 REST_S = 1.0  # recorded after the motion
 WALK_S = 10.0
@@ -52,19 +49,10 @@ def recorded(path, seed, index, joints):
 
 def tilt_deg(plant, intact, joints):
     """Greatest angle between the body's z axis and the vertical while the robot plays the file."""
-    plant.joints = str(joints)
-    model = robot.model(plant, [LINKS] * JETHEXA.legs if plant.locked else intact)
-    data = mujoco.MjData(model)
-    servos = Servos(plant, model, held_joints(plant, intact))
-    servos.start(data)
-    body, most = model.body("body").id, 0.0
-    until_s = plant.start + JointFile(joints, JETHEXA).length_s + REST_S
-    for step in range(-round(SETTLE_S / STEP_S), round(until_s / STEP_S)):
-        servos.step(data, step * STEP_S)
-        mujoco.mj_step(model, data)
-        if step >= 0:
-            most = max(most, math.acos(min(1.0, data.xmat[body][8])))
-    return math.degrees(most)
+    plant.joints, plant.walk_s = str(joints), JointFile(joints, JETHEXA).length_s + REST_S
+    data, servos = placed(plant, intact)
+    upright = min(data.body("body").xmat[8] for t in steps(plant, data, servos) if t >= 0)
+    return math.degrees(math.acos(min(1.0, upright)))
 
 
 def run(command):

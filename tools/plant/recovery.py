@@ -15,17 +15,14 @@ import sys
 import time
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 import effects
-import robot
 from draw import without
 from gait import JointFile
 from robot import JETHEXA, LINKS, STEP_S
-from servo import Servos
 from settings import assemble, draw_plant
-from walk import SETTLE_S, held_joints
+from walk import placed, steps
 
 WINDOW_S, SHIFT_S = 0.5, 0.1  # of the damage detector
 SAMPLE_S = 0.01
@@ -52,17 +49,12 @@ def damage(case):
 
 def poses(plant, intact, until_s):
     """Time, position, roll, pitch and yaw of the body from the first command on."""
-    model = robot.model(plant, intact)
-    data = mujoco.MjData(model)
-    servos = Servos(plant, model, held_joints(plant, intact))
-    servos.start(data)
+    plant.walk_s = until_s
     every = round(SAMPLE_S / STEP_S)
     rows = []
-    for step in range(-round(SETTLE_S / STEP_S), round((plant.start + until_s) / STEP_S)):
-        t = step * STEP_S
-        servos.step(data, t)
-        mujoco.mj_step(model, data)
-        if step % every == 0 and t >= plant.start:
+    data, servos = placed(plant, intact)
+    for t in steps(plant, data, servos):
+        if round(t / STEP_S) % every == 0 and t >= plant.start:
             w, x, y, z = data.qpos[3:7]
             roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
             pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))

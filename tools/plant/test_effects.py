@@ -19,7 +19,7 @@ import robot
 from robot import JETHEXA, LINKS
 from servo import Servos
 from settings import assemble, draw_plant
-from walk import SETTLE_S, held_joints, push_body, record
+from walk import SETTLE_S, placed, record, steps
 
 HEALTHY = [LINKS] * JETHEXA.legs
 LEG_3_LOST = [3, 3, 0, 3, 3, 3]
@@ -77,22 +77,15 @@ def centre_of_mass_m(plant):
 
 def run(plant, until_s, intact=HEALTHY, gravity=True, observe=None):
     """Model and state of a robot at `until_s`; `observe(t, model, data)` is called after every step."""
-    model = robot.model(plant, [LINKS] * JETHEXA.legs if plant.locked else intact)
+    data, servos = placed(plant, intact)
     if not gravity:
-        model.opt.gravity[:] = 0.0
-    data = mujoco.MjData(model)
-    if not gravity:
+        data.model.opt.gravity[:] = 0.0
         data.qpos[2] += 1.0
-    servos = Servos(plant, model, held_joints(plant, intact))
-    servos.start(data)
-    for step in range(-round(SETTLE_S / robot.STEP_S), round(until_s / robot.STEP_S)):
-        t = step * robot.STEP_S
-        servos.step(data, t)
-        push_body(plant, data, model.body("body").id, t)
-        mujoco.mj_step(model, data)
+    plant.walk_s = until_s - plant.start
+    for t in steps(plant, data, servos):
         if observe:
-            observe(t, model, data)
-    return model, data
+            observe(t, data.model, data)
+    return data.model, data
 
 
 def joint_rad(data, leg, joint):

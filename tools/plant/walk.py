@@ -43,26 +43,37 @@ def push_body(plant, data, body, t):
         data.xfrc_applied[body, 3:] = axis * plant.vibration["torque_nm"] * math.sin(phase)
 
 
-def record(plant, intact, rng):
-    """The log of a robot with `intact[leg]` links left on each leg."""
+def placed(plant, intact):
+    """State of a robot with `intact[leg]` links left on each leg before its first step, and its servos."""
     model = robot.model(plant, [robot.LINKS] * plant.robot.legs if plant.locked else intact)
     data = mujoco.MjData(model)
-    body = model.body("body").id
     servos = Servos(plant, model, held_joints(plant, intact))
     servos.start(data)
-    lost = np.zeros(model.ngeom, bool)
-    lost[lost_geoms(model, intact)] = True
-    watched = lost.any()
+    return data, servos
+
+
+def steps(plant, data, servos, settle_s=SETTLE_S):
+    """Takes every physics step to the end of the walk; its time."""
+    body = data.model.body("body").id
     pushed = bool(plant.vibration) or any(plant.force_n)
-    stamps, readings, contacts = [], [], 0
-    due_s = 0.0
-    first = -round((SETTLE_S + plant.sensor_delay_s) / robot.STEP_S)
-    for step in range(first, round((plant.start + plant.walk_s) / robot.STEP_S)):
+    for step in range(-round(settle_s / robot.STEP_S), round((plant.start + plant.walk_s) / robot.STEP_S)):
         t = step * robot.STEP_S
         servos.step(data, t)
         if pushed:
             push_body(plant, data, body, t)
-        mujoco.mj_step(model, data)
+        mujoco.mj_step(data.model, data)
+        yield t
+
+
+def record(plant, intact, rng):
+    """The log of a robot with `intact[leg]` links left on each leg."""
+    data, servos = placed(plant, intact)
+    lost = np.zeros(data.model.ngeom, bool)
+    lost[lost_geoms(data.model, intact)] = True
+    watched = lost.any()
+    stamps, readings, contacts = [], [], 0
+    due_s = 0.0
+    for t in steps(plant, data, servos, SETTLE_S + plant.sensor_delay_s):
         stamp = t + plant.sensor_delay_s
         if stamp >= due_s - 1e-9:
             due_s += 1.0 / rng.uniform(*imu.RATE_HZ)

@@ -26,7 +26,7 @@ time_step_s = 0.02
 bases = 1
 screened = 1
 entrants = 1
-further_entrants = 0
+neighbours = 0
 extended = 0
 most_effects = 1
 """

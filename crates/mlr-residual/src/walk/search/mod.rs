@@ -108,8 +108,8 @@ impl Default for Effort {
         Self {
             bases: 3,
             screened: 3,
-            entrants: 64,
-            neighbours: 24,
+            entrants: 32,
+            neighbours: 12,
             extended: 3,
             most_effects: 2,
         }
