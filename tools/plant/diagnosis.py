@@ -37,19 +37,24 @@ def drawn(seed, index):
     return intact, assemble(rng, robot_with(rng, intact))
 
 
-def recorded(path, seed, index, joints):
-    """The log of the robot that walks, or plays a file."""
-    intact, plant = drawn(seed, index)
+def set_motion(plant, joints):
+    """Lets the robot walk its nominal gait, or play a file where one is given."""
     plant.joints, plant.walk_s = None, WALK_S
     if joints:
         plant.joints, plant.walk_s = str(joints), JointFile(joints, JETHEXA).length_s + REST_S
+
+
+def recorded(path, seed, index, joints):
+    """The log of the robot that walks, or plays a file."""
+    intact, plant = drawn(seed, index)
+    set_motion(plant, joints)
     rng = np.random.default_rng([seed, 79, index, int(bool(joints))])
     write(path, record(plant, intact, rng).columns)
 
 
 def tilt_deg(plant, intact, joints):
     """Greatest angle between the body's z axis and the vertical while the robot plays the file."""
-    plant.joints, plant.walk_s = str(joints), JointFile(joints, JETHEXA).length_s + REST_S
+    set_motion(plant, joints)
     data, servos = placed(plant, intact)
     upright = min(data.body("body").xmat[8] for t in steps(plant, data, servos) if t >= 0)
     return math.degrees(math.acos(min(1.0, upright)))

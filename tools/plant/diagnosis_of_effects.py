@@ -17,10 +17,8 @@ from pathlib import Path
 import numpy as np
 
 import effects
-from diagnosis import REST_S, WALK_S, run, tilt_deg
+from diagnosis import run, set_motion, tilt_deg
 from draw import robot_with, without, write
-from gait import JointFile
-from robot import JETHEXA
 from settings import assemble
 from walk import record
 
@@ -43,9 +41,7 @@ def drawn(seed, pair, index):
 def recorded(path, seed, pair, index, joints):
     """The log of the robot that walks, or plays a file."""
     intact, plant, _ = drawn(seed, pair, index)
-    plant.joints, plant.walk_s = None, WALK_S
-    if joints:
-        plant.joints, plant.walk_s = str(joints), JointFile(joints, JETHEXA).length_s + REST_S
+    set_motion(plant, joints)
     rng = np.random.default_rng([seed, 82, list(PAIRS).index(pair), index, int(bool(joints))])
     write(path, record(plant, intact, rng).columns)
 
