@@ -30,7 +30,8 @@ GROUP_A = {0, 3, 4}
 PERIOD_S, STRIDE_M, LIFT_M, HEIGHT_M = 1.0, 0.060, 0.040, 0.090
 STIFFNESS, DAMPING, TORQUE_NM, SPEED = 30.0, 0.6, 3.4, 5.2
 HOLD_S, LATENCY_S = 0.020, 0.010
-STEP_S, SETTLE_S, WALK_S, SAMPLE_S = 0.0005, 0.5, 5.0, 0.02
+STEP_S, SETTLE_S, WALK_S, SAMPLE_S, FALL_S = 0.0005, 0.5, 5.0, 0.02, 1.4
+LOCKED_DEG = (0.0, 75.0, 0.0)
 
 CASES = {
     "healthy": [3, 3, 3, 3, 3, 3],
@@ -87,8 +88,22 @@ def leg_xml(leg, links):
     return f'<body pos="{x} {y} 0" euler="0 0 {yaw}">{coxa}</body>'
 
 
-def model_xml(links):
-    legs = "".join(leg_xml(leg, n) for leg, n in enumerate(links))
+def locked_leg_xml(leg):
+    """A leg held in the air, which touches nothing."""
+    inner = ""
+    for pos, mass, com, inertia, angle in reversed((
+        (0.0, 0.02556, 0.020, "1e-5 1.4e-5 1.4e-5", f"0 0 {LOCKED_DEG[0]}"),
+        (COXA, 0.08807, 0.0385, "2.2e-5 7e-5 7e-5", f"0 {-LOCKED_DEG[1]} 0"),
+        (FEMUR, 0.08993, 0.0565, "1.6e-5 1.2e-4 1.2e-4", f"0 {-LOCKED_DEG[2]} 0"),
+    )):
+        inertial = f'<inertial pos="{com} 0 0" mass="{mass}" diaginertia="{inertia}"/>'
+        inner = f'<body pos="{pos} 0 0" euler="{angle}">{inertial}{inner}</body>'
+    x, y, yaw = HIPS[leg]
+    return f'<body pos="{x} {y} 0" euler="0 0 {yaw}">{inner}</body>'
+
+
+def model_xml(links, locked=()):
+    legs = "".join(leg_xml(leg, n) for leg, n in enumerate(links)) + "".join(map(locked_leg_xml, locked))
     return f"""
 <mujoco>
   <compiler angle="degree"/>
@@ -139,7 +154,35 @@ def walk(links):
     return angles, np.array(position_m)
 
 
+def fall():
+    """Pitch of a robot that is set down with its front legs locked in the air, and falls on its nose."""
+    m = mujoco.MjModel.from_xml_string(model_xml([0, 0, 3, 3, 3, 3], locked=(0, 1)))
+    d = mujoco.MjData(m)
+    names = [(leg, j, f"{('coxa', 'femur', 'tibia')[j]}{leg}") for leg in range(2, 6) for j in range(3)]
+    position = [m.jnt_qposadr[m.joint(name).id] for _, _, name in names]
+    velocity = [m.jnt_dofadr[m.joint(name).id] for _, _, name in names]
+    stance = np.array([joint_angles(leg, 0.0)[j] for leg, j, _ in names])
+    d.qpos[position] = stance
+    d.qpos[2] = HEIGHT_M + 0.0001
+    pitch = []
+    for step in range(round(FALL_S / STEP_S) + 1):
+        if step % round(SAMPLE_S / STEP_S) == 0:
+            w, x, y, z = d.qpos[3:7]
+            pitch.append(math.asin(2 * (w * y - z * x)))
+        braking = DAMPING * d.qvel[velocity]
+        torque = np.clip(STIFFNESS * (stance - d.qpos[position]) - braking, -TORQUE_NM, TORQUE_NM)
+        d.qfrc_applied[velocity] = torque + braking
+        mujoco.mj_step(m, d)
+    return np.array(pitch)
+
+
 def main():
+    pitch = fall()
+    np.savetxt(
+        GOLDEN / "nose-fall.csv", np.column_stack([np.arange(len(pitch)) * SAMPLE_S, pitch]), fmt=["%.2f", "%.6f"],
+        delimiter=",", header="t_s,pitch_rad", comments="",
+    )
+    print("falls to", np.degrees(pitch.max()), "comes to rest at", np.degrees(pitch[-1]))
     for name, links in CASES.items():
         angles, position_m = walk(links)
         t = np.arange(len(angles)) * SAMPLE_S

@@ -31,7 +31,7 @@ ANY_SCALE = np.where(SCALES >= 1.0, -np.log((SCALES >= 1.0).sum()), -np.inf)
 UNUSUAL = 0.05  # share of robots whose walk the engine does not meet, for no known reason
 PARTS = ("constant", "periodic", "irregular")
 AMPLITUDE = ("base_deg", "swing_share", "spread_share")
-OF_AXIS = ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread", "scatter_share")
+OF_AXIS = ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread", "scatter_share", "impacts_share")
 REWEIGHTINGS = 6  # times that nuisance parameters and scales are found from each other
 PRIOR_SPREAD = 2.0  # of the logarithm of each parameter about where the search starts
 
@@ -42,7 +42,7 @@ def starting_point():
         values[f"{axis}.white"] = {"base_deg": 0.01, "swing_share": 0.002, "spread_share": 0.01}
         for part in PARTS:
             values[f"{axis}.{part}"] = {"base_deg": 0.03, "swing_share": 0.01, "spread_share": 0.2}
-        values[axis] = dict(zip(OF_AXIS, (0.5, 4.0, 0.3, 0.3, 0.2, 1.0)))
+        values[axis] = dict(zip(OF_AXIS, (0.5, 4.0, 0.3, 0.3, 0.2, 1.0, 1.0)))
     values["turning"] = {"base_dps": 0.4, "share": 0.1, "spread_share": 0.3}
     values["all"] = {"largest_spread_deg": 4.0}
     return {f"{group}.{name}": value for group, names in values.items() for name, value in names.items()}
@@ -63,6 +63,7 @@ class Walk:
         columns = [np.array([column[axis] for column in walk["scatter_deg"]]) for axis in range(3)]
         self.is_mean = with_scatter and len(walk["scatter_deg"]) > 0
         self.scatter = [c.T @ c if self.is_mean else 0.0 for c in columns]
+        self.impacts = [np.outer(c, c) if self.is_mean else 0.0 for c in walk.get("impacts_deg") or [[0.0]] * 3]
         self.residual = np.array(walk["residual_deg"])
         self.z = np.array([p["z_score"] for p in walk["parameters"]])
         self.sensitivity = np.array([p["sensitivity_deg"] for p in walk["parameters"]])
@@ -94,6 +95,7 @@ class Walk:
         white = base + np.diag(self.walks) * (variance("white") - base)
         total = self.noise + self.walks * walking + np.diag(white)
         total = total + p[f"{name}.scatter_share"] ** 2 * self.scatter[axis]
+        total = total + p[f"{name}.impacts_share"] ** 2 * self.impacts[axis]
         if axis == 2:
             total += ANY_YAW_DEG**2
             spread_dps = p["turning.spread_share"] * self.turning_spread_dps
@@ -204,7 +206,7 @@ def learned(pool, sweeps):
     x[of_spread] = np.log(1e-6)
     of_amplitude = [k for k in range(len(x)) if k not in of_scale]
     if not any(walk.is_mean for walk in walks):
-        of_scatter = [k for k, name in enumerate(NAMES) if name.endswith("scatter_share")]
+        of_scatter = [k for k, name in enumerate(NAMES) if name.endswith(("scatter_share", "impacts_share"))]
         x[of_scatter] = -np.inf
         of_amplitude = [k for k in of_amplitude if k not in of_scatter]
     x = search(pool, sweeps, x, of_amplitude, True)

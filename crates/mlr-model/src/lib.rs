@@ -71,7 +71,7 @@ pub use robot::{
 };
 pub use setting_place::located;
 pub use simulation::{
-    GroundContact, LostLinks, Obedience, Outcome, Record, SimulationSettings, Simulator,
+    GroundContact, Impacts, LostLinks, Obedience, Outcome, Record, SimulationSettings, Simulator,
     Trajectory, Walk,
 };
 pub use terrain::{Roughness, Terrain};

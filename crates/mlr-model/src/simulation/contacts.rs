@@ -3,11 +3,36 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
-use super::{GroundContact, physics::to_pose};
+use super::{GroundContact, Impacts, physics::to_pose};
 use crate::{
     assembly::{LinkPart, LockedContact},
     robot::{Body, ContactShape},
 };
+
+/// Times that compliant contacts are solved: nothing corrects afterwards what one pass has left.
+const COMPLIANT_PASSES: usize = 2;
+
+/// Parameters of steps in which contacts act like this.
+pub(super) fn solved(
+    contact: &GroundContact,
+    parameters: IntegrationParameters,
+) -> IntegrationParameters {
+    let parameters = IntegrationParameters {
+        static_contact_softness: SpringCoefficients::new(
+            contact.natural_frequency_hz as f32,
+            contact.damping_ratio as f32,
+        ),
+        ..parameters
+    };
+    match contact.impacts {
+        Impacts::Rigid => parameters,
+        Impacts::Compliant => IntegrationParameters {
+            num_internal_pgs_iterations: COMPLIANT_PASSES,
+            num_internal_stabilization_iterations: 0,
+            ..parameters
+        },
+    }
+}
 
 /// The robot's parts never touch each other: each only meets the ground.
 const ROBOT: Group = Group::GROUP_1;

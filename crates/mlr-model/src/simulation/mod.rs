@@ -11,7 +11,7 @@ mod walk;
 mod world;
 
 pub use leg_state::Obedience;
-pub use settings::{GroundContact, LostLinks, Record, SimulationSettings};
+pub use settings::{GroundContact, Impacts, LostLinks, Record, SimulationSettings};
 pub use trajectory::{Outcome, Trajectory};
 pub use walk::Walk;
 

@@ -86,13 +86,10 @@ impl<'a> World<'a> {
             frame: HeadingFrame::new(&settings.terrain, simulator.follows_heading),
             pull_n: pull_n(&settings.faults),
             time_step_s: settings.time_step_s,
-            physics: Physics::new(IntegrationParameters {
-                static_contact_softness: SpringCoefficients::new(
-                    settings.contact.natural_frequency_hz as f32,
-                    settings.contact.damping_ratio as f32,
-                ),
-                ..Physics::parameters(settings.time_step_s, settings.substeps)
-            }),
+            physics: Physics::new(contacts::solved(
+                &settings.contact,
+                Physics::parameters(settings.time_step_s, settings.substeps),
+            )),
             body: RigidBodyHandle::invalid(),
             joints: Vec::new(),
             owners: Vec::new(),

@@ -39,6 +39,9 @@ pub struct CalibratedWalk {
     /// How single walks scatter about their mean in roll, pitch and yaw: errors whose products with themselves
     /// sum to the covariance. None where no mean was taken.
     pub scatter_deg: Vec<[Vec<f64>; 3]>,
+    /// How walks with compliant impacts differ from the mean of these and as many with rigid ones, where a mean was
+    /// taken.
+    pub impacts_deg: Option<[Vec<f64>; 3]>,
     /// The nuisance parameters.
     pub parameters: Vec<CalibratedParameter>,
     /// Logarithm of the evidence under the present discrepancy.
@@ -146,9 +149,10 @@ impl CalibratedWalk {
             spread_deg: spread.tilt_deg,
             turning_spread_dps: spread.turning_dps,
             residual_deg: by_axis(fit.residual.column(0)),
+            impacts_deg: scatter.map(|scatter| by_axis(scatter.impacts.column(0))),
             scatter_deg: scatter
                 .into_iter()
-                .flat_map(|scatter| scatter.0.column_iter())
+                .flat_map(|scatter| scatter.walks.column_iter())
                 .map(by_axis)
                 .collect(),
             parameters: parameters

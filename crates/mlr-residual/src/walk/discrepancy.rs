@@ -73,6 +73,9 @@ pub struct AxisDiscrepancy {
     /// where means of walks are compared.
     #[serde(default)]
     pub scatter_share: f64,
+    /// How far it errs along what compliant impacts change, in units of half their difference from rigid ones.
+    #[serde(default)]
+    pub impacts_share: f64,
 }
 
 /// Standard deviation of the rate of turning.
@@ -187,7 +190,8 @@ impl AxisDiscrepancy {
         let deviation = self.ln_scale_deviation;
         check("ln_scale_deviation", deviation, 1e-3..=10.0, "")?;
         check("ln_scale_spread", self.ln_scale_spread, 0.0..=10.0, "")?;
-        check("scatter_share", self.scatter_share, 0.0..=100.0, "")
+        check("scatter_share", self.scatter_share, 0.0..=100.0, "")?;
+        check("impacts_share", self.impacts_share, 0.0..=100.0, "")
     }
 
     /// What the right model usually leaves of a body that swings so far where robots spread little: what
@@ -199,21 +203,16 @@ impl AxisDiscrepancy {
     }
 
     /// Factors by which the discrepancy of one robot exceeds what is usual, with the logarithms of
-    /// their probabilities: where a walk depends on details, it is either met or missed. All are
-    /// equally probable where something unknown adds to the discrepancy.
-    fn scales(&self, spread: Spread, is_unknown: bool) -> Vec<(f64, f64)> {
+    /// their probabilities: where a walk depends on details, it is either met or missed.
+    fn scales(&self, spread: Spread) -> Vec<(f64, f64)> {
         let deviation = self.ln_scale_deviation + self.ln_scale_spread * spread.tilt_deg.ln_1p();
         let weights = SCALE_OCTAVES
             .map(|octave| 0.5 * f64::from(octave))
             .map(|octave| {
-                let ln_weight = match is_unknown {
-                    true if octave >= 0.0 => 0.0,
-                    true => f64::NEG_INFINITY,
-                    false => -0.5 * (octave * std::f64::consts::LN_2 / deviation).powi(2),
-                };
+                let ln_weight = -0.5 * (octave * std::f64::consts::LN_2 / deviation).powi(2);
                 (octave.exp2(), ln_weight)
             });
-        let weights: Vec<(f64, f64)> = weights.filter(|(_, ln)| ln.is_finite()).collect();
+        let weights: Vec<(f64, f64)> = weights.collect();
         let sum: f64 = weights.iter().map(|(_, ln)| ln.exp()).sum();
         let normalised = |(scale, ln): (f64, f64)| (scale, ln - sum.ln());
         weights.into_iter().map(normalised).collect()
@@ -263,12 +262,9 @@ mod tests {
     #[test]
     fn the_scales_are_a_distribution_about_one() {
         let tilt = Discrepancy::default().tilt;
-        for is_unknown in [false, true] {
-            let scales = tilt.scales(Spread::default(), is_unknown);
-            let sum: f64 = scales.iter().map(|(_, ln)| ln.exp()).sum();
-            assert!((sum - 1.0).abs() < 1e-12);
-        }
-        let scales = tilt.scales(Spread::default(), false);
+        let scales = tilt.scales(Spread::default());
+        let sum: f64 = scales.iter().map(|(_, ln)| ln.exp()).sum();
+        assert!((sum - 1.0).abs() < 1e-12);
         let likeliest = scales.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
         assert_eq!(likeliest.0, 1.0);
     }

@@ -1,7 +1,7 @@
 //! What may be the case with a robot, and how it would walk then.
 
 use mlr_filter::OrientationSeries;
-use mlr_model::{LostLinks, Morphology};
+use mlr_model::{Impacts, LostLinks, Morphology};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -317,6 +317,18 @@ impl<'a> Walker<'a> {
     /// `None` when the walk diverges or a value makes no sense.
     pub(crate) fn walk(&self, z: DVector<f64>) -> Option<Walked> {
         let model = self.model(&z);
+        self.walked(z, model)
+    }
+
+    /// The same with impacts of one kind.
+    pub(crate) fn walk_with_impacts(&self, z: DVector<f64>, impacts: Impacts) -> Option<Walked> {
+        let mut model = self.model(&z);
+        let contact = model.simulation.contact;
+        model.simulation.contact = contact.with_impacts(impacts);
+        self.walked(z, model)
+    }
+
+    fn walked(&self, z: DVector<f64>, model: WalkModel) -> Option<Walked> {
         let samples = self.observation.samples();
         let record = self.observation.record;
         let body = model

@@ -177,7 +177,7 @@ impl<'a> Observation<'a> {
         let n = self.indices.len();
         let mut whole = DMatrix::zeros(self.len(), self.len());
         for axis in 0..3 {
-            let covariance = self.correlations.covariance(axis, spread, Compared::Walk);
+            let covariance = self.correlations.covariance(axis, spread, Compared::Walk, None);
             whole
                 .view_mut((axis * n, axis * n), (n, n))
                 .copy_from(&covariance);
@@ -191,9 +191,19 @@ impl<'a> Observation<'a> {
     /// For errors of what is compared where robots of one make spread so far; `None` where their covariance
     /// is not positive definite.
     pub(crate) fn whitening(&self, spread: Spread, compared: Compared<'_>) -> Option<Whitening> {
+        self.whitening_with(spread, compared, None)
+    }
+
+    /// The same where something unknown may act.
+    pub(crate) fn whitening_with(
+        &self,
+        spread: Spread,
+        compared: Compared<'_>,
+        unknown: Option<Unknown>,
+    ) -> Option<Whitening> {
         let mut ln_determinant = 6.0 * self.rest_rate_dps.ln();
         let mut factor = |axis: usize| -> Option<DMatrix<f64>> {
-            let covariance = self.correlations.covariance(axis, spread, compared);
+            let covariance = self.correlations.covariance(axis, spread, compared, unknown);
             let factor = Cholesky::<f64, Dyn>::new(covariance)?.unpack();
             ln_determinant += 2.0 * factor.diagonal().map(f64::ln).sum();
             Some(factor)
@@ -203,22 +213,9 @@ impl<'a> Observation<'a> {
             factors,
             rest_rate_dps: self.rest_rate_dps,
             ln_determinant,
-            scales: self.correlations.scales(spread, Unknown::default()),
+            scales: self.correlations.scales(spread),
             power: self.power,
         })
-    }
-
-    /// The same where something unknown may be among the errors.
-    pub(crate) fn with_unknown(
-        &self,
-        whitening: &Whitening,
-        spread: Spread,
-        unknown: Unknown,
-    ) -> Whitening {
-        Whitening {
-            scales: self.correlations.scales(spread, unknown),
-            ..whitening.clone()
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The covariance of errors, sample by sample, that a table of the discrepancy makes.
 
-use nalgebra::{DMatrix, DMatrixView};
+use nalgebra::{DMatrix, DVector};
 
 use super::{Amplitude, Discrepancy};
 use crate::walk::{WalkRecord, observation::GROUPS};
@@ -53,20 +53,22 @@ impl Correlations {
 
     /// Factors by which errors of roll and pitch, of yaw, and of the rates at rest may exceed what is
     /// usual, with the logarithms of their probabilities. Those of the rates do not.
-    pub(crate) fn scales(&self, spread: Spread, unknown: Unknown) -> [Vec<(f64, f64)>; GROUPS] {
+    pub(crate) fn scales(&self, spread: Spread) -> [Vec<(f64, f64)>; GROUPS] {
         [
-            self.discrepancy.tilt.scales(spread, unknown.in_tilt),
-            self.discrepancy.yaw.scales(spread, unknown.in_yaw),
+            self.discrepancy.tilt.scales(spread),
+            self.discrepancy.yaw.scales(spread),
             vec![(1.0, 0.0)],
         ]
     }
 
-    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, squared degrees.
+    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, and something unknown
+    /// may act, squared degrees.
     pub(crate) fn covariance(
         &self,
         axis: usize,
         spread: Spread,
         compared: Compared<'_>,
+        unknown: Option<Unknown>,
     ) -> DMatrix<f64> {
         let (of_axis, parts, swing_deg) = match axis {
             2 => (&self.discrepancy.yaw, &self.axes[1], self.swing_deg[1]),
@@ -84,15 +86,23 @@ impl Correlations {
         sum += variance(of_axis.constant) * &parts.walking;
         sum += variance(of_axis.periodic) * &parts.periodic;
         sum += variance(of_axis.irregular) * &parts.irregular;
-        let of_mean = of_axis.scatter_share;
-        let scattered = match compared {
+        // A walk is off the mean by what it scatters, and by what its impacts change.
+        let off_mean = match compared {
             Compared::Walk => None,
-            Compared::WalkOf(scatter) => Some((scatter, of_mean.hypot(1.0))),
-            Compared::MeanOf(scatter) => Some((scatter, of_mean)),
+            Compared::WalkOf(scatter) => Some((scatter, 1.0)),
+            Compared::MeanOf(scatter) => Some((scatter, 0.0)),
         };
-        if let Some((scatter, share)) = scattered {
-            let errors = share * scatter.of_axis(axis, sum.nrows());
-            sum += &errors * errors.transpose();
+        if let Some((scatter, of_walk)) = off_mean {
+            let rows = sum.nrows();
+            let walks = scatter.walks.rows(axis * rows, rows) * of_axis.scatter_share.hypot(of_walk);
+            let impacts = scatter.impacts.rows(axis * rows, rows) * of_axis.impacts_share.hypot(of_walk);
+            sum += &walks * walks.transpose() + &impacts * impacts.transpose();
+        }
+        let amplitude_deg = unknown.map_or(0.0, |unknown| unknown.amplitude_deg(axis));
+        if amplitude_deg > 0.0 {
+            let lasting = if axis == 2 { &parts.turning } else { &parts.walking };
+            let each = amplitude_deg * amplitude_deg / 3.0;
+            sum += each * (lasting + &parts.periodic + &parts.irregular);
         }
         let base = of_axis.white.base_deg * of_axis.white.base_deg;
         for k in 0..sum.nrows() {
@@ -172,30 +182,46 @@ pub(crate) fn turned_s(walked_s: &[f64], period_s: f64) -> Vec<f64> {
     walked_s.iter().copied().map(turned).collect()
 }
 
-/// Where something acts that no effect of the library makes: it multiplies what the model usually
-/// gets wrong there, whatever that is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Something that no effect of the library makes. It adds to the errors of an axis, while the robot walks, a third
+/// of its variance each that is constant (of yaw: a rate of turning), that repeats with the gait, and that is irregular.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Unknown {
-    pub(crate) in_tilt: bool,
-    pub(crate) in_yaw: bool,
+    acts: Acts,
+    /// Standard deviation; of yaw's rate of turning as many degrees per second.
+    deviation_deg: f64,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Acts {
+    Tilting,
+    Turning,
+    Both,
+}
+
+/// Standard deviations of what is unknown, in octaves of a degree: from what the sensor's noise hides to what throws
+/// a robot over. All are equally probable.
+const UNKNOWN_OCTAVES: std::ops::RangeInclusive<i32> = -3..=4;
+
 impl Unknown {
-    /// Every place that it may act at.
-    pub(crate) const ANYWHERE: [Self; 3] = [
-        Self {
-            in_tilt: true,
-            in_yaw: false,
-        },
-        Self {
-            in_tilt: false,
-            in_yaw: true,
-        },
-        Self {
-            in_tilt: true,
-            in_yaw: true,
-        },
-    ];
+    /// Every way in which it may act, all equally probable.
+    pub(crate) fn ways() -> impl Iterator<Item = Self> {
+        [Acts::Tilting, Acts::Turning, Acts::Both]
+            .into_iter()
+            .flat_map(|acts| {
+                UNKNOWN_OCTAVES.map(move |octave| Self {
+                    acts,
+                    deviation_deg: f64::from(octave).exp2(),
+                })
+            })
+    }
+
+    /// On an axis: 0 roll, 1 pitch, 2 yaw.
+    fn amplitude_deg(self, axis: usize) -> f64 {
+        match (self.acts, axis) {
+            (Acts::Tilting, 2) | (Acts::Turning, 0 | 1) => 0.0,
+            _ => self.deviation_deg,
+        }
+    }
 }
 
 /// How far robots of one make spread in a walk.
@@ -207,16 +233,13 @@ pub(crate) struct Spread {
     pub(crate) turning_dps: f64,
 }
 
-/// How single walks scatter about their mean: errors whose products with themselves sum to the
-/// covariance, a column each.
+/// How single walks scatter about their mean.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Scatter(pub(crate) DMatrix<f64>);
-
-impl Scatter {
-    /// The rows of an axis of so many samples.
-    fn of_axis(&self, axis: usize, samples: usize) -> DMatrixView<'_, f64> {
-        self.0.rows(axis * samples, samples)
-    }
+pub(crate) struct Scatter {
+    /// Errors whose products with themselves sum to the covariance of walks with impacts of one kind, a column each.
+    pub(crate) walks: DMatrix<f64>,
+    /// How walks with compliant impacts differ from the mean of both kinds.
+    pub(crate) impacts: DVector<f64>,
 }
 
 /// What is compared with a record.
@@ -239,25 +262,35 @@ mod tests {
     fn errors_far_beyond_the_usual_are_likelier_where_something_unknown_acts() {
         let record = walking_record();
         let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
-        let n = observation.samples_of_an_axis() as f64;
-        let ln_gain = |scale: f64, tilt_deg: f64| {
+        let n = observation.samples_of_an_axis();
+        let times_s = observation.times_s();
+        let ln_gain = |sway_deg: f64, tilt_deg: f64| {
             let spread = Spread {
                 tilt_deg,
                 ..Spread::default()
             };
-            // Whitened errors of roll and pitch that are so many times as large as usual.
-            let squares = [2.0 * n * scale * scale, n, 3.0];
-            let ln = |unknown: Unknown| {
-                let usual = observation.whitening(spread, Compared::Walk).unwrap();
-                let whitening = observation.with_unknown(&usual, spread, unknown);
+            // A sway that is no multiple of the gait.
+            let mut errors = DVector::zeros(observation.len());
+            for (k, time_s) in times_s.iter().enumerate() {
+                if *time_s > record.start_s() {
+                    errors[k] = sway_deg * (9.0 * time_s).sin();
+                }
+            }
+            let ln = |unknown: Option<Unknown>| {
+                let whitening = observation
+                    .whitening_with(spread, Compared::Walk, unknown)
+                    .unwrap();
+                let squares = whitening.squares(&errors);
                 whitening.ln_density(squares, observation.len()).0
             };
-            ln(Unknown::ANYWHERE[0]) - ln(Unknown::default())
+            let ways = Unknown::ways().map(|unknown| ln(Some(unknown)));
+            crate::ln_mean(ways.clone(), ways.count()) - ln(None)
         };
-        assert!(ln_gain(0.5, 0.25) < -1.0);
-        assert!(ln_gain(8.0, 0.25) > 2.0);
+        assert!(ln_gain(0.0, 0.25) < -0.5, "{}", ln_gain(0.0, 0.25));
+        assert!(ln_gain(4.0, 0.25) > 2.0, "{}", ln_gain(4.0, 0.25));
         // Control: a robot that may walk in many ways is often missed.
-        assert!(ln_gain(8.0, 3.0) < ln_gain(8.0, 0.25) - 2.0);
+        assert!(ln_gain(4.0, 30.0) < ln_gain(4.0, 0.25) - 2.0);
+        assert_eq!(n * 3 + 3, observation.len());
     }
 
     #[test]

@@ -4,6 +4,7 @@
 mod linear_walk;
 mod regression;
 
+use mlr_model::Impacts;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -37,6 +38,9 @@ const APART: f64 = 3.0;
 /// ```text
 /// r(z) = f − J z + e
 /// ```
+///
+/// Half of the walks have rigid impacts, half compliant ones ([`Impacts`]): f is the mean of both, and half of
+/// how they differ is part of what the mean gets wrong.
 ///
 /// f of each hypothesis, and J, which all have in common as far as the robot's own parameters go, are
 /// found by regression over walks that are drawn from the posterior of z, which is found from these in turn. The
@@ -179,12 +183,19 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         let upper = precision.cholesky()?.l().transpose();
         let draws: Vec<Draw> = normals
             .par_iter()
-            .filter_map(|normal| {
+            .enumerate()
+            .filter_map(|(k, normal)| {
                 let mut z = &fit.walked.z + upper.solve_upper_triangular(normal)?;
                 of.walker.clamp(&mut z);
-                let walked = of.walker.walk(z)?;
+                // Both of a pair have the same.
+                let impacts = match k / 2 % 2 {
+                    0 => Impacts::Rigid,
+                    _ => Impacts::Compliant,
+                };
+                let walked = of.walker.walk_with_impacts(z, impacts)?;
                 Some(Draw {
                     z: &of.counting * walked.z,
+                    impacts,
                     residual: walked.residual,
                 })
             })

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use mlr_model::Impacts;
 use nalgebra::{DMatrix, DVector};
 
 use super::linear_walk::LinearWalk;
@@ -15,6 +16,7 @@ use crate::walk::{
 pub(super) struct Draw {
     /// Of the robot and the effects of its hypothesis.
     pub(super) z: DVector<f64>,
+    pub(super) impacts: Impacts,
     /// What it leaves of the log.
     pub(super) residual: DVector<f64>,
 }
@@ -34,11 +36,14 @@ pub(super) struct Walks {
 /// ```
 ///
 /// with a mean f of its own and sensitivities J, of which those to the robot's own coordinates are the same for
-/// all. e is what single walks add.
+/// all. e is what single walks add: half of how walks with compliant impacts differ from those with rigid ones, or less
+/// that, and what differs from walk to walk.
 #[derive(Debug)]
 pub(super) struct Regression {
     of: Vec<LinearWalk>,
-    /// What single walks add to the errors, a column for each.
+    /// What compliant impacts add to the mean of both kinds.
+    of_impacts: DVector<f64>,
+    /// What else single walks add to the errors, a column for each.
     left: DMatrix<f64>,
     /// As many walks as are left of these, regression having taken up a part.
     freedom: f64,
@@ -69,6 +74,10 @@ impl Regression {
                 for (column, z) in columns.iter().zip(draw.z.iter().chain([&1.0])) {
                     design[(row, *column)] = *z;
                 }
+                design[(row, layout.impacts())] = match draw.impacts {
+                    Impacts::Rigid => -1.0,
+                    Impacts::Compliant => 1.0,
+                };
                 // What the sensitivities known before miss.
                 let own = known * draw.z.rows(0, layout.own);
                 let of_effects = &walks.known * draw.z.rows_range(layout.own..);
@@ -99,6 +108,7 @@ impl Regression {
         });
         Some(Self {
             of: of.collect(),
+            of_impacts: found.column(layout.impacts()).clone_owned(),
             left,
             freedom: (count as f64 - leverages.sum()).max(1.0),
         })
@@ -116,7 +126,10 @@ impl Regression {
 
     /// How single walks scatter about the mean.
     pub(super) fn scatter(&self) -> Scatter {
-        Scatter(&self.left / self.freedom.sqrt())
+        Scatter {
+            walks: &self.left / self.freedom.sqrt(),
+            impacts: self.of_impacts.clone(),
+        }
     }
 
     /// That of the hypothesis with this index.
@@ -126,7 +139,7 @@ impl Regression {
 }
 
 /// The unknowns of a regression: what sensitivities to the robot's own coordinates miss, then for each
-/// hypothesis the same of its effects, and its mean.
+/// hypothesis the same of its effects, and its mean, and in the end what impacts change.
 struct Layout {
     own: usize,
     of_effects: Vec<Range<usize>>,
@@ -145,8 +158,13 @@ impl Layout {
         Self {
             own,
             of_effects,
-            columns,
+            columns: columns + 1,
         }
+    }
+
+    /// The column of what impacts change.
+    fn impacts(&self) -> usize {
+        self.columns - 1
     }
 
     /// The columns of a hypothesis: of its coordinates in their order, and of its mean.
@@ -158,7 +176,8 @@ impl Layout {
 
     /// Before any walk.
     fn variance(&self, column: usize) -> f64 {
-        match self.of_effects.iter().any(|range| range.end == column) {
+        let is_mean = self.of_effects.iter().any(|range| range.end == column);
+        match is_mean || column == self.impacts() {
             true => VARIANCE_OF_MEAN,
             false if column < self.own => VARIANCE_OF_OWN,
             false => VARIANCE_OF_EFFECTS,

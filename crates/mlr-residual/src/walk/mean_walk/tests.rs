@@ -1,5 +1,6 @@
 //! Linear walks that are rough, and their draws.
 
+use mlr_model::Impacts;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -61,11 +62,12 @@ impl Rough {
 
     /// So many walks about where all coordinates are 0, of a hypothesis without effects.
     pub(super) fn walks(&self, count: usize, shift: f64, random: &mut ChaCha8Rng) -> Walks {
-        let draws = (0..count).map(|_| {
+        let draws = (0..count).map(|k| {
             let z = DVector::from_fn(self.jacobian.ncols(), |_, _| {
                 mlr_model::standard_normal(random)
             });
             Draw {
+                impacts: if k % 2 == 0 { Impacts::Rigid } else { Impacts::Compliant },
                 residual: self.mean(&z, shift) + self.error(random),
                 z,
             }

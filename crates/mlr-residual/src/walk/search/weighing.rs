@@ -6,8 +6,8 @@ use super::{Judged, Search, least_ln_weight, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
-        discrepancy::{Spread, Unknown},
-        evidence::{Fit, ln_evidence},
+        discrepancy::{Compared, Unknown},
+        evidence::{Fit, LinearModel},
         observation::Whitening,
     },
 };
@@ -53,13 +53,18 @@ impl<'a> Search<'a, '_> {
         let spread = base.spread();
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
         let averaged = base.mean_walks(fitted, self.of_means).averaged();
-        let whitening = &averaged.whitening;
+        let usual = &averaged.whitening;
+        let with_unknown = averaged.scatter.as_ref().map_or_else(Vec::new, |scatter| {
+            let compared = Compared::MeanOf(scatter);
+            let with = |unknown| self.of_means.whitening_with(spread, compared, Some(unknown));
+            Unknown::ways().filter_map(with).collect()
+        });
         let each = on_one_robot.into_iter().zip(averaged.fits);
         each.map(|(one, fit)| {
             self.progress.advance();
             match fit {
                 Some(fit) => Judged {
-                    ln_gain_of_unknown: Some(self.ln_gain_of_unknown(&fit, whitening, spread)),
+                    ln_gain_of_unknown: Some(ln_gain_of_unknown(&fit, usual, &with_unknown)),
                     ..self.judge(&base, one.walker, fit)
                 },
                 // Most of its neighbours do not walk.
@@ -71,17 +76,21 @@ impl<'a> Search<'a, '_> {
         })
         .collect()
     }
+}
 
-    /// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over the places
-    /// where it may act.
-    fn ln_gain_of_unknown(&self, fit: &Fit, usual: &Whitening, spread: Spread) -> f64 {
-        let ln = |whitening: &Whitening| {
-            ln_evidence(whitening, &fit.residual, &fit.walked.z, &fit.jacobian).0
+/// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over the ways in which
+/// it may act.
+fn ln_gain_of_unknown(fit: &Fit, usual: &Whitening, with_unknown: &[Whitening]) -> f64 {
+    let ln = |whitening: &Whitening| {
+        let model = LinearModel {
+            residual: whitening.apply_to(&fit.residual),
+            coordinates: fit.walked.z.clone(),
+            jacobian: whitening.apply(&fit.jacobian),
+            held: 0,
         };
-        let with = |unknown| ln(&self.of_means.with_unknown(usual, spread, unknown));
-        let anywhere = Unknown::ANYWHERE.map(with);
-        ln_mean(anywhere.into_iter(), anywhere.len()) - ln(usual)
-    }
+        model.ln_evidence(whitening).0
+    };
+    ln_mean(with_unknown.iter().map(ln), with_unknown.len()) - ln(usual)
 }
 
 /// The likeliest fit of each hypothesis, the likeliest hypothesis first.
