@@ -7,8 +7,8 @@
     python tools/plant/discrepancy.py means.json -o data/discrepancy/jethexa-mean.toml
 
 `walks.json` holds, for each walk, what the model of the right robot leaves when its nuisance
-parameters are fitted, and its sensitivities to these; `means.json` what the mean of such walks leaves, and how
-single walks scatter about it. The parameters of the Gaussian process in
+parameters are fitted, and its sensitivities to these; `means.json` what the mean of such walks leaves, how
+single walks scatter about it, and what compliant impacts change. The parameters of the Gaussian process in
 `crates/mlr-residual/src/walk/discrepancy/covariance.rs` are those that make all residuals together most
 probable, the nuisance parameters integrated out (type-II maximum likelihood): amplitudes first,
 then how the scale of the errors is distributed. They are found by a pattern
@@ -30,7 +30,7 @@ SCALES = 2.0 ** np.arange(-3.0, 5.1, 0.5)  # smaller ones than in the program: a
 ANY_SCALE = np.where(SCALES >= 1.0, -np.log((SCALES >= 1.0).sum()), -np.inf)
 UNUSUAL = 0.05  # share of robots whose walk the engine does not meet, for no known reason
 PARTS = ("constant", "periodic", "irregular")
-AMPLITUDE = ("base_deg", "swing_share", "spread_share")
+AMPLITUDE = ("base_deg", "swing_share", "spread_share", "impacts_share")
 OF_AXIS = ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread", "scatter_share", "impacts_share")
 REWEIGHTINGS = 6  # times that nuisance parameters and scales are found from each other
 PRIOR_SPREAD = 2.0  # of the logarithm of each parameter about where the search starts
@@ -39,9 +39,9 @@ PRIOR_SPREAD = 2.0  # of the logarithm of each parameter about where the search 
 def starting_point():
     values = {}
     for axis in ("tilt", "yaw"):
-        values[f"{axis}.white"] = {"base_deg": 0.01, "swing_share": 0.002, "spread_share": 0.01}
+        values[f"{axis}.white"] = {"base_deg": 0.01, "swing_share": 0.002, "spread_share": 0.01, "impacts_share": 0.03}
         for part in PARTS:
-            values[f"{axis}.{part}"] = {"base_deg": 0.03, "swing_share": 0.01, "spread_share": 0.2}
+            values[f"{axis}.{part}"] = {"base_deg": 0.03, "swing_share": 0.01, "spread_share": 0.2, "impacts_share": 0.2}
         values[axis] = dict(zip(OF_AXIS, (0.5, 4.0, 0.3, 0.3, 0.2, 1.0, 1.0)))
     values["turning"] = {"base_dps": 0.4, "share": 0.1, "spread_share": 0.3}
     values["all"] = {"largest_spread_deg": 4.0}
@@ -55,7 +55,7 @@ NAMES = list(START)
 class Walk:
     """One walk, with what of its covariance does not depend on the parameters."""
 
-    def __init__(self, walk, with_scatter):
+    def __init__(self, walk, with_scatter, with_impacts):
         self.t = np.array(walk["walked_s"])
         self.period_s, self.spread_deg = walk["period_s"], walk["spread_deg"]
         self.swing_deg = [walk["swing_deg"], walk["swing_deg"], walk["yaw_swing_deg"]]
@@ -63,7 +63,11 @@ class Walk:
         columns = [np.array([column[axis] for column in walk["scatter_deg"]]) for axis in range(3)]
         self.is_mean = with_scatter and len(walk["scatter_deg"]) > 0
         self.scatter = [c.T @ c if self.is_mean else 0.0 for c in columns]
-        self.impacts = [np.outer(c, c) if self.is_mean else 0.0 for c in walk.get("impacts_deg") or [[0.0]] * 3]
+        of_impacts = walk["impacts_deg"] if self.is_mean and with_impacts else [[0.0]] * 3
+        self.impacts = [np.outer(column, column) for column in of_impacts]
+        roll_deg, pitch_deg, yaw_deg = (np.std(np.array(c)[self.t > 0.0]) if len(c) > 1 else 0.0 for c in of_impacts)
+        tilt_deg = np.hypot(roll_deg, pitch_deg) / np.sqrt(2.0)
+        self.impacts_deg = [tilt_deg, tilt_deg, yaw_deg]
         self.residual = np.array(walk["residual_deg"])
         self.z = np.array([p["z_score"] for p in walk["parameters"]])
         self.sensitivity = np.array([p["sensitivity_deg"] for p in walk["parameters"]])
@@ -82,8 +86,9 @@ class Walk:
         spread_deg = self.spread_deg / (1.0 + self.spread_deg / p["all.largest_spread_deg"])
 
         def variance(part):
-            base, swing, spread = (p[f"{name}.{part}.{a}"] for a in AMPLITUDE)
-            return base**2 + (swing * self.swing_deg[axis]) ** 2 + (spread * spread_deg) ** 2
+            base, *shares = (p[f"{name}.{part}.{a}"] for a in AMPLITUDE)
+            of = (self.swing_deg[axis], spread_deg, self.impacts_deg[axis])
+            return base**2 + sum((share * by) ** 2 for share, by in zip(shares, of))
 
         shares = np.arange(1, HARMONICS + 1) ** (-2.0 * p[f"{name}.harmonic_decay"])
         periodic = sum(share * wave for share, wave in zip(shares / shares.sum(), self.waves))
@@ -150,8 +155,8 @@ def ln_scale_prior(wide, is_robust):
 walks = []
 
 
-def load(paths, with_scatter):
-    walks[:] = [Walk(walk, with_scatter) for path in paths for walk in json.load(open(path))["walks"]]
+def load(paths, with_scatter, with_impacts):
+    walks[:] = [Walk(walk, with_scatter, with_impacts) for path in paths for walk in json.load(open(path))["walks"]]
 
 
 def of_walk(job):
@@ -241,8 +246,9 @@ def main():
     parser.add_argument("--sweeps", type=int, default=24)
     parser.add_argument("--power", type=float, default=0.2)
     parser.add_argument("--without-scatter", action="store_true", help="as if single walks did not scatter, to compare")
+    parser.add_argument("--without-impacts", action="store_true", help="as if it were known how impacts are resolved, to compare")
     args = parser.parse_args()
-    of = (args.walks, not args.without_scatter)
+    of = (args.walks, not args.without_scatter, not args.without_impacts)
     load(*of)
     with Pool(initializer=load, initargs=of) as pool:
         found = learned(pool, args.sweeps)

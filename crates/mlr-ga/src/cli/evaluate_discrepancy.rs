@@ -6,12 +6,15 @@ use anyhow::Context as _;
 use clap::Args;
 use mlr_ga::{
     EvidenceSettings, IdentifySettings, MeasuredWalk, Model, explanation_settings,
-    scoring::{EffectsTruth, read_effects_truths},
+    scoring::{EffectsTruth, TrueEffect, read_effects_truths},
     walk_record,
 };
 use mlr_imu::{Columns, read_log};
 use mlr_model::{Gait, LostLinks, Robot};
-use mlr_residual::walk::{CalibratedWalk, Simulated, WalkModel};
+use mlr_residual::{
+    walk::{CalibratedWalk, KnownEffect, KnownRobot, LOCKED_LINKS, Simulated, WalkModel},
+    walk_effects,
+};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -27,7 +30,8 @@ const SCHEMA: &str = "mlr.discrepancy/1";
 
 #[derive(Debug, Args)]
 pub(super) struct EvaluateDiscrepancyOptions {
-    /// Directories of logs with a truth.json. Robots with effects are left out.
+    /// Directories of logs with a truth.json. Robots with effects that the library lacks, or that it looks for only
+    /// where the start of the walk is known, are left out.
     #[arg(required = true, value_name = "DIR")]
     directories: Vec<PathBuf>,
     /// Write residuals and sensitivities of every walk as JSON, for tools/plant/discrepancy.py. An
@@ -58,6 +62,8 @@ struct Walk {
     log: String,
     morphology: String,
     locked: bool,
+    /// The kinds of its effects.
+    effects: Vec<String>,
     #[serde(flatten)]
     walk: CalibratedWalk,
 }
@@ -71,7 +77,7 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
     for directory in &options.directories {
         truths.extend(read_effects_truths(directory, &robot.layout())?);
     }
-    truths.retain(|truth| truth.effects.is_empty());
+    truths.retain(|truth| truth.effects.iter().all(can_be_fitted));
     let simulated = match options.means {
         true => Simulated::Mean,
         false => Simulated::Once,
@@ -124,15 +130,38 @@ fn calibrated(
     let simulation = from_the_start.simulation;
     let nominal = WalkModel::nominal(robot.clone(), gait.clone(), simulation);
     let morphology = &truth.log.morphology;
-    let walk = CalibratedWalk::new(
-        &record, &nominal, morphology, lost_links, simulated, settings,
-    )?;
+    let effects = truth.effects.iter().filter(|one| one.kind != LOCKED_LINKS);
+    let known = KnownRobot {
+        morphology,
+        lost_links,
+        effects: effects.map(known_effect).collect(),
+    };
+    let walk = CalibratedWalk::new(&record, &nominal, &known, simulated, settings)?;
+    let effects = known.effects.into_iter().map(|one| one.kind);
     Ok(walk.map(|walk| Walk {
         log: name(&truth.log.log),
         morphology: morphology.to_string(),
         locked: truth.locked,
+        effects: effects.collect(),
         walk,
     }))
+}
+
+fn can_be_fitted(effect: &TrueEffect) -> bool {
+    effect.kind == LOCKED_LINKS
+        || walk_effects::find(&effect.kind).is_some_and(|effect| !effect.is_a_delay())
+}
+
+fn known_effect(effect: &TrueEffect) -> KnownEffect {
+    let number = |name: &str| {
+        let number = effect.parameters.get(name)?.as_u64()?;
+        usize::try_from(number).ok()
+    };
+    KnownEffect {
+        kind: effect.kind.clone(),
+        leg: number("leg"),
+        part: number("joint").or_else(|| number("link")),
+    }
 }
 
 fn name(log: &Path) -> String {
@@ -144,13 +173,14 @@ impl Report {
     fn table(&self) -> String {
         let mut walks: Vec<&Walk> = self.walks.iter().collect();
         walks.sort_by(|a, b| a.walk.spread_deg.total_cmp(&b.walk.spread_deg));
-        let mut text = "| log | morphology | lost links | swing [°] | spread [°] | roll, pitch, yaw left [°] | \
-                        ln evidence |\n|:--|:--|:--|--:|--:|:--|--:|\n"
+        let mut text = "| log | morphology | lost links | effects | swing [°] | spread [°] | \
+                        roll, pitch, yaw left [°] | ln evidence |\n|:--|:--|:--|:--|--:|--:|:--|--:|\n"
             .to_string();
         for Walk {
             log,
             morphology,
             locked,
+            effects,
             walk,
         } in walks
         {
@@ -164,8 +194,9 @@ impl Report {
                 .each_ref()
                 .map(|axis| deviation(&axis[walking..]));
             text += &format!(
-                "| {log} | {morphology} | {} | {:.2} | {:.2} | {:.2}, {:.2}, {:.2} | {:.1} |\n",
+                "| {log} | {morphology} | {} | {} | {:.2} | {:.2} | {:.2}, {:.2}, {:.2} | {:.1} |\n",
                 if *locked { "locked" } else { "gone" },
+                effects.join(", "),
                 walk.swing_deg,
                 walk.spread_deg,
                 left[0],

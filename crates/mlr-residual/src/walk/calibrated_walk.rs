@@ -3,18 +3,42 @@
 
 use mlr_filter::SettingError;
 use mlr_model::{LostLinks, Morphology};
-use nalgebra::DVectorView;
+use nalgebra::{DVector, DVectorView};
 use serde::Serialize;
 
 use super::{
     EvidenceSettings, Nuisance, NuisancePrior, Observation, WalkModel, WalkRecord,
     discrepancy::Scatter,
     evidence::Fit,
+    hypothesis::{Placement, Walker},
     search::base::{Base, Setting},
 };
+use crate::walk_effects;
 
-/// Residual and sensitivities of a walk without effects at its most probable nuisance parameters,
-/// found with the same effort as in an explanation.
+/// What is known of a robot whose walk is fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownRobot<'r> {
+    /// What is left of it.
+    pub morphology: &'r Morphology,
+    /// What became of what is not.
+    pub lost_links: LostLinks,
+    /// Its effects; how large they are is fitted.
+    pub effects: Vec<KnownEffect>,
+}
+
+/// An effect that a robot is known to have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownEffect {
+    /// Its kind.
+    pub kind: String,
+    /// The leg that it is on, from 1.
+    pub leg: Option<usize>,
+    /// The joint or link, from 1.
+    pub part: Option<usize>,
+}
+
+/// Residual and sensitivities of a walk at the most probable parameters of its robot, found about as
+/// an explanation finds them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibratedWalk {
@@ -42,13 +66,13 @@ pub struct CalibratedWalk {
     /// How walks with compliant impacts differ from the mean of these and as many with rigid ones, where a mean was
     /// taken.
     pub impacts_deg: Option<[Vec<f64>; 3]>,
-    /// The nuisance parameters.
+    /// The nuisance parameters, then those of effects.
     pub parameters: Vec<CalibratedParameter>,
     /// Logarithm of the evidence under the present discrepancy.
     pub ln_evidence: f64,
 }
 
-/// A nuisance parameter as fitted.
+/// A parameter as fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CalibratedParameter {
@@ -70,15 +94,14 @@ pub enum Simulated {
 }
 
 impl CalibratedWalk {
-    /// Fits the nuisance parameters; `None` when the robot does not walk.
+    /// Fits the parameters of a robot; `None` when it does not walk, or the library lacks one of its effects.
     ///
     /// # Errors
     /// [`SettingError`] naming the first setting that makes no sense.
     pub fn new(
         record: &WalkRecord,
         nominal: &WalkModel,
-        morphology: &Morphology,
-        lost_links: LostLinks,
+        known: &KnownRobot<'_>,
         simulated: Simulated,
         settings: &EvidenceSettings,
     ) -> Result<Option<Self>, SettingError> {
@@ -91,10 +114,19 @@ impl CalibratedWalk {
             nuisance: &nuisance,
             nominal,
         };
+        let (morphology, lost_links) = (known.morphology, known.lost_links);
+        let effects = known.effects.iter();
+        let placed: Option<Vec<Placement>> =
+            effects.map(|one| one.placed(nominal, morphology)).collect();
+        let Some(placed) = placed else {
+            return Ok(None);
+        };
         let base = Base::new(setting, morphology, lost_links, 0.0, None).and_then(Base::settled);
         let Some(base) = base else { return Ok(None) };
-        let walker = base.with(Vec::new());
-        let single = base.fit(&walker);
+        let walker = base.with(placed);
+        let Some(single) = fitted(&base, &walker) else {
+            return Ok(None);
+        };
         let (fit, scatter) = match simulated {
             Simulated::Once => (single, None),
             Simulated::Mean => {
@@ -111,6 +143,7 @@ impl CalibratedWalk {
             record,
             &observation,
             &base,
+            &walker,
             &fit,
             scatter.as_ref(),
         )))
@@ -120,6 +153,7 @@ impl CalibratedWalk {
         record: &WalkRecord,
         observation: &Observation<'_>,
         base: &Base<'_>,
+        walker: &Walker<'_>,
         fit: &Fit,
         scatter: Option<&Scatter>,
     ) -> Self {
@@ -127,9 +161,12 @@ impl CalibratedWalk {
             let n = observation.samples_of_an_axis();
             [0, 1, 2].map(|axis| errors.rows(axis * n, n).iter().copied().collect())
         };
-        let names = Nuisance::of(&base.morphology, record)
-            .into_iter()
-            .map(Nuisance::name);
+        let nuisances = Nuisance::of(&base.morphology, record).into_iter();
+        let effects = walker.hypothesis.effects.iter().flat_map(|placed| {
+            let parameters = placed.effect.parameters(placed.place, walker.nominal());
+            parameters.into_iter().map(|parameter| parameter.name.into())
+        });
+        let names = nuisances.map(Nuisance::name).chain(effects);
         let parameters = names
             .zip(fit.walked.z.iter())
             .zip(fit.jacobian.column_iter());
@@ -165,4 +202,56 @@ impl CalibratedWalk {
             ln_evidence: fit.ln_evidence,
         }
     }
+}
+
+impl KnownEffect {
+    /// `None` where the library lacks it, or the robot what it is on.
+    fn placed(&self, model: &WalkModel, morphology: &Morphology) -> Option<Placement> {
+        let effect = walk_effects::find(&self.kind)?;
+        let mut places = effect.places(&model.robot, morphology).into_iter();
+        let place = places.find(|place| {
+            place.leg() == self.leg.unwrap_or(0) && place.link() == self.part.unwrap_or(0)
+        })?;
+        Some(Placement { effect, place })
+    }
+}
+
+/// Steps with sensitivities of the robot without effects, then with their own, then with these taken anew.
+const STEPS: [usize; 3] = [2, 5, 5];
+
+/// The most probable single walk with the effects of `walker`, from wherever their starts lead.
+fn fitted(base: &Base<'_>, walker: &Walker<'_>) -> Option<Fit> {
+    let effects = &walker.hypothesis.effects;
+    if effects.is_empty() {
+        return Some(base.fit(walker));
+    }
+    let (nominal, record) = (walker.nominal(), base.setting.observation.record);
+    let mut together: Vec<Vec<Vec<f64>>> = vec![Vec::new()];
+    for placed in effects {
+        let starts = placed.effect.starts(placed.place, nominal, record);
+        let with = |known: &Vec<Vec<f64>>| -> Vec<Vec<Vec<f64>>> {
+            let one_more = starts.iter().map(|start| {
+                let values = known.iter().chain([start]);
+                values.cloned().collect()
+            });
+            one_more.collect()
+        };
+        together = together.iter().flat_map(with).collect();
+    }
+    let points = together.iter().flat_map(|values| {
+        [
+            base.beside_reference(walker, values),
+            walker.described(values),
+        ]
+    });
+    let points: Vec<DVector<f64>> = points.collect();
+    let begun = walker.likelier(points, &base.whitening)?;
+    let [first, later @ ..] = STEPS;
+    let fit = walker.begun(begun, &base.jacobian, &base.whitening);
+    let mut fit = walker.advanced(fit.walked, fit.jacobian, &base.whitening, first);
+    for steps in later {
+        let jacobian = walker.jacobian(&fit.walked);
+        fit = walker.advanced(fit.walked, jacobian, &base.whitening, steps);
+    }
+    Some(fit)
 }

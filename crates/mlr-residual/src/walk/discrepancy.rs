@@ -103,6 +103,9 @@ pub struct Amplitude {
     pub swing_share: f64,
     /// As a share of the spread.
     pub spread_share: f64,
+    /// As a share of how far impacts change the walk. Counts only where means of walks are compared.
+    #[serde(default)]
+    pub impacts_share: f64,
 }
 
 /// Half octaves of the scale of the discrepancy: from a third of what is usual to what throws a
@@ -198,8 +201,8 @@ impl AxisDiscrepancy {
     /// repeats with the gait, and what does not.
     pub(crate) fn usual_deg(&self, swing_deg: f64) -> [f64; 2] {
         let irregular =
-            self.irregular.variance(swing_deg, 0.0) + self.white.variance(swing_deg, 0.0);
-        [self.periodic.variance(swing_deg, 0.0), irregular].map(f64::sqrt)
+            self.irregular.variance(swing_deg, 0.0, 0.0) + self.white.variance(swing_deg, 0.0, 0.0);
+        [self.periodic.variance(swing_deg, 0.0, 0.0), irregular].map(f64::sqrt)
     }
 
     /// Factors by which the discrepancy of one robot exceeds what is usual, with the logarithms of
@@ -234,14 +237,16 @@ impl Amplitude {
         let check = SettingError::check::<f64>;
         check("base_deg", self.base_deg, 0.0..=45.0, "degrees")?;
         check("swing_share", self.swing_share, 0.0..=100.0, "")?;
-        check("spread_share", self.spread_share, 0.0..=100.0, "")
+        check("spread_share", self.spread_share, 0.0..=100.0, "")?;
+        check("impacts_share", self.impacts_share, 0.0..=100.0, "")
     }
 
-    /// Squared degrees.
-    fn variance(self, swing_deg: f64, spread_deg: f64) -> f64 {
+    /// Squared degrees, where the body swings, robots of one make spread and impacts change the walk so far.
+    fn variance(self, swing_deg: f64, spread_deg: f64, impacts_deg: f64) -> f64 {
         let of_swing = self.swing_share * swing_deg;
         let of_spread = self.spread_share * spread_deg;
-        self.base_deg * self.base_deg + of_swing * of_swing + of_spread * of_spread
+        let of_impacts = self.impacts_share * impacts_deg;
+        self.base_deg.powi(2) + of_swing.powi(2) + of_spread.powi(2) + of_impacts.powi(2)
     }
 }
 

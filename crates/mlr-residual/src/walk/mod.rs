@@ -23,7 +23,9 @@ mod sensing;
 mod stretch_errors;
 
 pub use answer::{EvidenceSettings, explain_walk};
-pub use calibrated_walk::{CalibratedParameter, CalibratedWalk, Simulated};
+pub use calibrated_walk::{
+    CalibratedParameter, CalibratedWalk, KnownEffect, KnownRobot, Simulated,
+};
 pub use calibration::{CalibratedRobot, calibrate_walk};
 pub use decomposition::{AxisResidual, Harmonic};
 pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy, TurningDiscrepancy};

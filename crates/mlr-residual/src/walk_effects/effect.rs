@@ -49,7 +49,7 @@ impl Place {
     }
 
     /// Number of the link or joint, from 1.
-    pub(super) fn link(self) -> usize {
+    pub(crate) fn link(self) -> usize {
         match self {
             Self::Robot | Self::Leg(_) => 0,
             Self::Link(_, link) => link + 1,

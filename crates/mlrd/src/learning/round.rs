@@ -6,7 +6,7 @@ use mlr_ga::{
     IdentifySettings, Model, WalkOrigin, calibrate, walk_record,
 };
 use mlr_model::{Gait, LostLinks, Morphology, Robot};
-use mlr_residual::walk::{CalibratedWalk, EvidenceSettings, Simulated, WalkModel};
+use mlr_residual::walk::{CalibratedWalk, KnownRobot, EvidenceSettings, Simulated, WalkModel};
 use thiserror::Error;
 
 use super::forgetting::aged;
@@ -147,15 +147,13 @@ impl Round<'_> {
         let record = walk_record(&stretch.recording, model, &identification)?;
         let simulation = identification.simulation.clone();
         let model = WalkModel::nominal(robot.clone(), self.gait.clone(), simulation);
-        let whole = Morphology::healthy(&robot.layout());
-        let walk = CalibratedWalk::new(
-            &record,
-            &model,
-            &whole,
-            LostLinks::Absent,
-            Simulated::Once,
-            self.explanation,
-        )?;
+        let known = KnownRobot {
+            morphology: &Morphology::healthy(&robot.layout()),
+            lost_links: LostLinks::Absent,
+            effects: Vec::new(),
+        };
+        let once = Simulated::Once;
+        let walk = CalibratedWalk::new(&record, &model, &known, once, self.explanation)?;
         Ok(walk.map_or(f64::NEG_INFINITY, |walk| walk.ln_evidence))
     }
 

@@ -76,7 +76,17 @@ impl Correlations {
         };
         let largest_deg = self.discrepancy.largest_spread_deg;
         let spread_deg = spread.tilt_deg / (1.0 + spread.tilt_deg / largest_deg);
-        let variance = |amplitude: Amplitude| amplitude.variance(swing_deg, spread_deg);
+        // A walk is off the mean by what it scatters, and by what its impacts change.
+        let off_mean = match compared {
+            Compared::Walk => None,
+            Compared::WalkOf(scatter) => Some((scatter, 1.0)),
+            Compared::MeanOf(scatter) => Some((scatter, 0.0)),
+        };
+        let impacts_deg = off_mean.map_or(0.0, |(scatter, _)| {
+            scatter.impacts_deg(axis, &parts.walking.diagonal())
+        });
+        let variance =
+            |amplitude: Amplitude| amplitude.variance(swing_deg, spread_deg, impacts_deg);
         let turning = self.discrepancy.turning;
         let turning_dps = turning
             .base_dps
@@ -86,12 +96,6 @@ impl Correlations {
         sum += variance(of_axis.constant) * &parts.walking;
         sum += variance(of_axis.periodic) * &parts.periodic;
         sum += variance(of_axis.irregular) * &parts.irregular;
-        // A walk is off the mean by what it scatters, and by what its impacts change.
-        let off_mean = match compared {
-            Compared::Walk => None,
-            Compared::WalkOf(scatter) => Some((scatter, 1.0)),
-            Compared::MeanOf(scatter) => Some((scatter, 0.0)),
-        };
         if let Some((scatter, of_walk)) = off_mean {
             let rows = sum.nrows();
             let walks = scatter.walks.rows(axis * rows, rows) * of_axis.scatter_share.hypot(of_walk);
@@ -240,6 +244,24 @@ pub(crate) struct Scatter {
     pub(crate) walks: DMatrix<f64>,
     /// How walks with compliant impacts differ from the mean of both kinds.
     pub(crate) impacts: DVector<f64>,
+}
+
+impl Scatter {
+    /// How far impacts change a walk on an axis, where `walking` is one: the standard deviation over the samples, of
+    /// roll and pitch the root of the mean of both variances.
+    fn impacts_deg(&self, axis: usize, walking: &DVector<f64>) -> f64 {
+        let rows = walking.len();
+        let count = walking.sum().max(1.0);
+        let variance = |axis: usize| {
+            let change = self.impacts.rows(axis * rows, rows).component_mul(walking);
+            change.norm_squared() / count - (change.sum() / count).powi(2)
+        };
+        let variance = match axis {
+            2 => variance(2),
+            _ => 0.5 * (variance(0) + variance(1)),
+        };
+        variance.max(0.0).sqrt()
+    }
 }
 
 /// What is compared with a record.
