@@ -226,7 +226,7 @@ ENGINE_BIAS = 1.2
 
 
 def table(p, power):
-    lines = [f"# Learned by tools/plant/discrepancy.py from {len(walks)} walks of robots that lack nothing.", f"power = {power}",
+    lines = [f"# Learned by tools/plant/discrepancy.py from {len(walks)} walks of robots that are known.", f"power = {power}",
              f"physical_power = {PHYSICAL_POWER}", f"engine_bias = {ENGINE_BIAS}"]
     lines += [f"largest_spread_deg = {p['all.largest_spread_deg']:.4g}", "rest_rate_dps = 0.03"]
     lines += ["", "[turning]"]

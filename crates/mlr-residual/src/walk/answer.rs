@@ -138,15 +138,10 @@ struct Answer<'a, 's> {
 
 impl<'a> Answer<'a, '_> {
     fn explanation(&self, identified: &Suspect) -> Result<WalkExplanation, WalkError> {
-        let ranked = self.posterior.ranked();
-        let mut fitted = ranked
-            .iter()
-            .map(|(one, _)| one)
-            .filter(|one| !one.unknown)
-            .filter_map(|one| Some((one, one.fit()?)));
-        let (best, fit) = fitted.clone().next().ok_or(WalkError::Diverged)?;
-        let bare = fitted.find(|(one, _)| one.walker.hypothesis.is_bare());
-        let (bare, _) = bare.unwrap_or((best, fit));
+        let fitted = self.fitted();
+        let (best, fit) = *fitted.first().ok_or(WalkError::Diverged)?;
+        let is_bare = |(one, _): &&(&Outcome<'a>, &Fit)| one.walker.hypothesis.is_bare();
+        let (bare, _) = *fitted.iter().find(is_bare).unwrap_or(&(best, fit));
         let error_before = self.errors_as_described(bare)?;
         let (error_calibrated, residual_before) = self.errors_of(bare)?;
         let (error_after, residual_after) = self.errors_of(best)?;
@@ -196,6 +191,22 @@ impl<'a> Answer<'a, '_> {
             },
             warnings,
         })
+    }
+
+    /// Hypotheses that were fitted, the most probable first: whether something unknown acts as well is another
+    /// question.
+    fn fitted(&self) -> Vec<(&Outcome<'a>, &Fit)> {
+        let ranked = self.posterior.ranked().iter().map(|(one, _)| one);
+        let known = ranked.filter(|one| !one.unknown);
+        let mut fitted: Vec<(&Outcome<'a>, &Fit, f64)> = known
+            .filter_map(|one| {
+                let hypothesis = &one.walker.hypothesis;
+                let is_same = |other: &Outcome<'a>| other.walker.hypothesis.is_same(hypothesis);
+                Some((one, one.fit()?, self.posterior.sum(is_same)))
+            })
+            .collect();
+        fitted.sort_by(|(.., a), (.., b)| b.total_cmp(a));
+        fitted.into_iter().map(|(one, fit, _)| (one, fit)).collect()
     }
 
     /// Probability of each kind to be in the robot, of none, and of something unknown.

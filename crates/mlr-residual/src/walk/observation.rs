@@ -177,7 +177,7 @@ impl<'a> Observation<'a> {
         let n = self.indices.len();
         let mut whole = DMatrix::zeros(self.len(), self.len());
         for axis in 0..3 {
-            let covariance = self.correlations.covariance(axis, spread, Compared::Walk, None);
+            let covariance = self.correlations.covariance(axis, spread, Compared::Walk);
             whole
                 .view_mut((axis * n, axis * n), (n, n))
                 .copy_from(&covariance);
@@ -191,35 +191,51 @@ impl<'a> Observation<'a> {
     /// For errors of what is compared where robots of one make spread so far; `None` where their covariance
     /// is not positive definite.
     pub(crate) fn whitening(&self, spread: Spread, compared: Compared<'_>) -> Option<Whitening> {
-        self.whitening_with(spread, compared, None)
-    }
-
-    /// The same where something unknown may act.
-    pub(crate) fn whitening_with(
-        &self,
-        spread: Spread,
-        compared: Compared<'_>,
-        unknown: Option<Unknown>,
-    ) -> Option<Whitening> {
-        let mut ln_determinant = 6.0 * self.rest_rate_dps.ln();
-        let mut factor = |axis: usize| -> Option<DMatrix<f64>> {
-            let covariance = self.correlations.covariance(axis, spread, compared, unknown);
-            let factor = Cholesky::<f64, Dyn>::new(covariance)?.unpack();
-            ln_determinant += 2.0 * factor.diagonal().map(f64::ln).sum();
-            Some(factor)
-        };
-        let factors = [factor(0)?, factor(1)?, factor(2)?];
-        Some(Whitening {
-            factors,
+        let covariance = |axis| self.correlations.covariance(axis, spread, compared);
+        let whitening = Whitening {
+            factors: [0, 1, 2].map(|_| DMatrix::zeros(0, 0)),
             rest_rate_dps: self.rest_rate_dps,
-            ln_determinant,
+            ln_determinant: 0.0,
             scales: self.correlations.scales(spread),
             power: self.power,
-        })
+        };
+        whitening.with_covariances([0, 1, 2].map(covariance))
+    }
+
+    /// For the same errors where something unknown acts: in each way that it may.
+    pub(crate) fn with_unknown(&self, usual: &Whitening) -> Vec<Whitening> {
+        let ways = Unknown::ways().filter_map(|unknown| {
+            let covariance = |axis: usize| {
+                let factor = &usual.factors[axis];
+                let known = factor * factor.transpose();
+                match self.correlations.of_unknown(axis, unknown) {
+                    Some(added) => known + added,
+                    None => known,
+                }
+            };
+            usual.clone().with_covariances([0, 1, 2].map(covariance))
+        });
+        ways.collect()
     }
 }
 
 impl Whitening {
+    /// The same for errors with these covariances on the axes; `None` where one is not positive definite.
+    fn with_covariances(self, covariances: [DMatrix<f64>; 3]) -> Option<Self> {
+        let mut ln_determinant = 6.0 * self.rest_rate_dps.ln();
+        let mut factor = |covariance: DMatrix<f64>| -> Option<DMatrix<f64>> {
+            let factor = Cholesky::<f64, Dyn>::new(covariance)?.unpack();
+            ln_determinant += 2.0 * factor.diagonal().map(f64::ln).sum();
+            Some(factor)
+        };
+        let [roll, pitch, yaw] = covariances;
+        Some(Self {
+            factors: [factor(roll)?, factor(pitch)?, factor(yaw)?],
+            ln_determinant,
+            ..self
+        })
+    }
+
     /// Whitens each column.
     pub(crate) fn apply(&self, errors: &DMatrix<f64>) -> DMatrix<f64> {
         let mut whitened = errors.clone();

@@ -61,14 +61,12 @@ impl Correlations {
         ]
     }
 
-    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, and something unknown
-    /// may act, squared degrees.
+    /// Covariance on an axis (0 roll, 1 pitch, 2 yaw) where robots of one make spread so far, squared degrees.
     pub(crate) fn covariance(
         &self,
         axis: usize,
         spread: Spread,
         compared: Compared<'_>,
-        unknown: Option<Unknown>,
     ) -> DMatrix<f64> {
         let (of_axis, parts, swing_deg) = match axis {
             2 => (&self.discrepancy.yaw, &self.axes[1], self.swing_deg[1]),
@@ -102,18 +100,23 @@ impl Correlations {
             let impacts = scatter.impacts.rows(axis * rows, rows) * of_axis.impacts_share.hypot(of_walk);
             sum += &walks * walks.transpose() + &impacts * impacts.transpose();
         }
-        let amplitude_deg = unknown.map_or(0.0, |unknown| unknown.amplitude_deg(axis));
-        if amplitude_deg > 0.0 {
-            let lasting = if axis == 2 { &parts.turning } else { &parts.walking };
-            let each = amplitude_deg * amplitude_deg / 3.0;
-            sum += each * (lasting + &parts.periodic + &parts.irregular);
-        }
         let base = of_axis.white.base_deg * of_axis.white.base_deg;
         for k in 0..sum.nrows() {
             let walking = parts.walking[(k, k)];
             sum[(k, k)] += base + walking * (variance(of_axis.white) - base);
         }
         sum
+    }
+
+    /// What something unknown adds to the covariance on an axis, squared degrees; `None` where it does not act.
+    pub(crate) fn of_unknown(&self, axis: usize, unknown: Unknown) -> Option<DMatrix<f64>> {
+        let deviation_deg = unknown.deviation_deg(axis)?;
+        let (parts, lasting) = match axis {
+            2 => (&self.axes[1], &self.axes[1].turning),
+            _ => (&self.axes[0], &self.axes[0].walking),
+        };
+        let each = deviation_deg * deviation_deg / 3.0;
+        Some(each * (lasting + &parts.periodic + &parts.irregular))
     }
 }
 
@@ -220,10 +223,10 @@ impl Unknown {
     }
 
     /// On an axis: 0 roll, 1 pitch, 2 yaw.
-    fn amplitude_deg(self, axis: usize) -> f64 {
+    fn deviation_deg(self, axis: usize) -> Option<f64> {
         match (self.acts, axis) {
-            (Acts::Tilting, 2) | (Acts::Turning, 0 | 1) => 0.0,
-            _ => self.deviation_deg,
+            (Acts::Tilting, 2) | (Acts::Turning, 0 | 1) => None,
+            _ => Some(self.deviation_deg),
         }
     }
 }
@@ -278,7 +281,9 @@ pub(crate) enum Compared<'s> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walk::{Observation, record::tests::walking_record};
+    use crate::walk::{
+        Observation, observation::Whitening, record::tests::walking_record,
+    };
 
     #[test]
     fn errors_far_beyond_the_usual_are_likelier_where_something_unknown_acts() {
@@ -298,15 +303,14 @@ mod tests {
                     errors[k] = sway_deg * (9.0 * time_s).sin();
                 }
             }
-            let ln = |unknown: Option<Unknown>| {
-                let whitening = observation
-                    .whitening_with(spread, Compared::Walk, unknown)
-                    .unwrap();
+            let ln = |whitening: &Whitening| {
                 let squares = whitening.squares(&errors);
                 whitening.ln_density(squares, observation.len()).0
             };
-            let ways = Unknown::ways().map(|unknown| ln(Some(unknown)));
-            crate::ln_mean(ways.clone(), ways.count()) - ln(None)
+            let usual = observation.whitening(spread, Compared::Walk).unwrap();
+            let with_unknown = observation.with_unknown(&usual);
+            let ways = with_unknown.iter().map(ln);
+            crate::ln_mean(ways, with_unknown.len()) - ln(&usual)
         };
         assert!(ln_gain(0.0, 0.25) < -0.5, "{}", ln_gain(0.0, 0.25));
         assert!(ln_gain(4.0, 0.25) > 2.0, "{}", ln_gain(4.0, 0.25));

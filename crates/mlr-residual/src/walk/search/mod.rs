@@ -25,6 +25,7 @@ use self::{
     prior::EffectPrior,
     proposals::sort,
     unfitted::Unfitted,
+    weighing::ln_gain_of_unknown,
 };
 use super::{
     evidence::Fit,
@@ -69,6 +70,9 @@ pub(crate) struct Judged<'a> {
     pub(crate) fit: Fit,
     /// Logarithm of evidence times prior probability.
     pub(crate) ln_weight: f64,
+    /// The same with and without something unknown together, where that was looked at: what decides how far a search
+    /// goes on.
+    ln_promise: f64,
     /// Logarithm of the factor by which something unknown raises the evidence, where that was weighed.
     pub(crate) ln_gain_of_unknown: Option<f64>,
 }
@@ -202,7 +206,24 @@ impl<'a> Search<'a, '_> {
             + walker.ln_truncation()
     }
 
+    /// A robot without effects promises as much as with something unknown, too: else a sure one that something unknown
+    /// acts on falls behind one that may walk in any way.
     fn judge(&self, base: &Arc<Base<'a>>, walker: Walker<'a>, fit: Fit) -> Judged<'a> {
+        let usual = &base.whitening;
+        let ln_gain = walker.hypothesis.is_bare().then(|| {
+            let observation = base.setting.observation;
+            ln_gain_of_unknown(&fit, usual, &observation.with_unknown(usual))
+        });
+        self.judged(base, walker, fit, ln_gain)
+    }
+
+    fn judged(
+        &self,
+        base: &Arc<Base<'a>>,
+        walker: Walker<'a>,
+        fit: Fit,
+        ln_gain_of_unknown: Option<f64>,
+    ) -> Judged<'a> {
         let ln_weight = fit.ln_evidence + self.ln_prior(base, &walker);
         // What cannot be weighed is not in question.
         let ln_weight = if ln_weight.is_nan() {
@@ -210,22 +231,25 @@ impl<'a> Search<'a, '_> {
         } else {
             ln_weight
         };
+        let odds = self.prior.unknown / (1.0 - self.prior.unknown);
+        let ln_both = ln_gain_of_unknown.map_or(0.0, |gain| libm::log1p(odds * libm::exp(gain)));
         Judged {
             base: Arc::clone(base),
             walker,
             fit,
             ln_weight,
+            ln_promise: ln_weight + ln_both,
             ln_gain_of_unknown: None,
         }
     }
 }
 
-/// The logarithm of the weight below which a hypothesis beside these is hopeless.
-fn least_ln_weight(judged: &[Judged<'_>]) -> f64 {
-    let weights = judged.iter().map(|one| one.ln_weight);
-    weights.fold(f64::NEG_INFINITY, f64::max) - HOPELESS
+/// What a hypothesis beside these has to promise not to be hopeless.
+fn least_ln_promise(judged: &[Judged<'_>]) -> f64 {
+    let promises = judged.iter().map(|one| one.ln_promise);
+    promises.fold(f64::NEG_INFINITY, f64::max) - HOPELESS
 }
 
 fn sort_judged(judged: &mut [Judged<'_>]) {
-    judged.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+    judged.sort_by(|a, b| b.ln_promise.total_cmp(&a.ln_promise));
 }

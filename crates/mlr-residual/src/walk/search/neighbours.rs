@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{
     Judged, Search,
     extrapolation::Simulated,
-    least_ln_weight,
+    least_ln_promise,
     proposals::Screened,
     screening::{self, Start},
     sort_judged,
@@ -36,10 +36,10 @@ impl<'a> Search<'a, '_> {
                 let is_bare = one.walker.hypothesis.is_bare();
                 one.is_same(likeliest) || (is_bare && Arc::ptr_eq(&one.base, &likeliest.base))
             });
-            let least = least_ln_weight(&weighed);
+            let least = least_ln_promise(&weighed);
             let looked_at: Vec<Judged<'a>> = on_its_robot
                 .filter(|one| one.walker.hypothesis.effects.len() < self.effort.most_effects)
-                .filter(|one| one.ln_weight > least && !seen.iter().any(|s| s.is_same(one)))
+                .filter(|one| one.ln_promise > least && !seen.iter().any(|s| s.is_same(one)))
                 .cloned()
                 .collect();
             let Some(first) = looked_at.first() else {

@@ -9,7 +9,7 @@ use super::{
     Judged, Search,
     base::Base,
     extrapolation::Extrapolation,
-    least_ln_weight,
+    least_ln_promise,
     proposals::{Proposal, Screened},
     screening::Start,
     sort_judged,
@@ -134,11 +134,11 @@ impl<'a> Search<'a, '_> {
         further: impl Fn(&Judged<'a>) -> Option<Judged<'a>> + Sync,
     ) -> Vec<Judged<'a>> {
         self.progress.expect_more(running.len());
-        let least = least_ln_weight(&running);
+        let least = least_ln_promise(&running);
         running
             .into_par_iter()
             .map(|one| {
-                let may_win = one.ln_weight > least;
+                let may_win = one.ln_promise > least;
                 let better = may_win.then(|| further(&one)).flatten();
                 self.progress.advance();
                 better.unwrap_or(one)

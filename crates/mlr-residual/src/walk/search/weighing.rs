@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Judged, Search, least_ln_weight, race::likeliest, sort_judged};
+use super::{Judged, Search, least_ln_promise, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
-        discrepancy::{Compared, Unknown},
         evidence::{Fit, LinearModel},
         observation::Whitening,
     },
@@ -39,6 +38,7 @@ impl<'a> Search<'a, '_> {
         let mean = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
         let left = left.into_iter().map(|one| Judged {
             ln_weight: one.ln_weight + mean,
+            ln_promise: one.ln_promise + mean,
             ..one
         });
         weighed.into_iter().chain(left).collect()
@@ -50,26 +50,25 @@ impl<'a> Search<'a, '_> {
             return Vec::new();
         };
         let base = Arc::clone(&first.base);
-        let spread = base.spread();
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
         let averaged = base.mean_walks(fitted, self.of_means).averaged();
         let usual = &averaged.whitening;
-        let with_unknown = averaged.scatter.as_ref().map_or_else(Vec::new, |scatter| {
-            let compared = Compared::MeanOf(scatter);
-            let with = |unknown| self.of_means.whitening_with(spread, compared, Some(unknown));
-            Unknown::ways().filter_map(with).collect()
-        });
+        let with_unknown = self.of_means.with_unknown(usual);
         let each = on_one_robot.into_iter().zip(averaged.fits);
         each.map(|(one, fit)| {
             self.progress.advance();
             match fit {
-                Some(fit) => Judged {
-                    ln_gain_of_unknown: Some(ln_gain_of_unknown(&fit, usual, &with_unknown)),
-                    ..self.judge(&base, one.walker, fit)
-                },
+                Some(fit) => {
+                    let ln_gain = Some(ln_gain_of_unknown(&fit, usual, &with_unknown));
+                    Judged {
+                        ln_gain_of_unknown: ln_gain,
+                        ..self.judged(&base, one.walker, fit, ln_gain)
+                    }
+                }
                 // Most of its neighbours do not walk.
                 None => Judged {
                     ln_weight: f64::NEG_INFINITY,
+                    ln_promise: f64::NEG_INFINITY,
                     ..one
                 },
             }
@@ -80,7 +79,7 @@ impl<'a> Search<'a, '_> {
 
 /// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over the ways in which
 /// it may act.
-fn ln_gain_of_unknown(fit: &Fit, usual: &Whitening, with_unknown: &[Whitening]) -> f64 {
+pub(super) fn ln_gain_of_unknown(fit: &Fit, usual: &Whitening, with_unknown: &[Whitening]) -> f64 {
     let ln = |whitening: &Whitening| {
         let model = LinearModel {
             residual: whitening.apply_to(&fit.residual),
@@ -107,14 +106,14 @@ fn each_once(mut fitted: Vec<Judged<'_>>) -> Vec<Judged<'_>> {
 
 /// Those that are weighed, of hypotheses in order of their likelihood, and the rest.
 fn likeliest_and_others(fitted: Vec<Judged<'_>>) -> (Vec<Judged<'_>>, Vec<Judged<'_>>) {
-    let least = least_ln_weight(&fitted);
+    let least = least_ln_promise(&fitted);
     let is_bare = |k: &usize| fitted[*k].walker.hypothesis.is_bare();
     let bare = (0..fitted.len()).filter(is_bare).take(BARE);
     let mut chosen = likeliest(&fitted, MOST);
     chosen.extend(bare);
     let each = fitted.into_iter().enumerate();
     let (chosen, others): (Vec<_>, Vec<_>) =
-        each.partition(|(k, one)| chosen.contains(k) && one.ln_weight > least);
+        each.partition(|(k, one)| chosen.contains(k) && one.ln_promise > least);
     let without_index = |(_, one)| one;
     (
         chosen.into_iter().map(without_index).collect(),
