@@ -1,16 +1,18 @@
-"""Learns the covariance of the model's own error from robots that lack nothing.
+"""Learns the covariance of the model's own error from robots that are known.
 
     python tools/plant/draw.py undisturbed --seed 1001 --count 60 -o undisturbed-1001
+    python tools/plant/draw.py effects --seed 1002 --count 100 -o effects-1002
     mlr-ga evaluate-discrepancy undisturbed-1001 -o walks.json
     python tools/plant/discrepancy.py walks.json -o data/discrepancy/jethexa.toml
     mlr-ga evaluate-discrepancy --means undisturbed-1001 -o means.json
-    python tools/plant/discrepancy.py means.json -o data/discrepancy/jethexa-mean.toml
+    mlr-ga evaluate-discrepancy --means effects-1002 -o means-effects.json
+    python tools/plant/discrepancy.py means.json means-effects.json -o data/discrepancy/jethexa-mean.toml
 
-`walks.json` holds, for each walk, what the model of the right robot leaves when its nuisance
-parameters are fitted, and its sensitivities to these; `means.json` what the mean of such walks leaves, how
+`walks.json` holds, for each walk, what the model of the right robot leaves when its parameters, those of its
+effects among them, are fitted, and its sensitivities to these; `means.json` what the mean of such walks leaves, how
 single walks scatter about it, and what compliant impacts change. The parameters of the Gaussian process in
 `crates/mlr-residual/src/walk/discrepancy/covariance.rs` are those that make all residuals together most
-probable, the nuisance parameters integrated out (type-II maximum likelihood): amplitudes first,
+probable, all parameters integrated out (type-II maximum likelihood): amplitudes first,
 then how the scale of the errors is distributed. They are found by a pattern
 search over their logarithms. Residuals left by a search that stopped early count like the
 engine's: an explanation searches with the same effort.
