@@ -77,7 +77,9 @@ fn where_nothing_falls_impacts_change_little() {
     let apart_deg = |lost: &str| {
         let (rigid, compliant) = (walk(Impacts::Rigid, lost), walk(Impacts::Compliant, lost));
         let squares = rigid.iter().zip(&compliant).map(|(a, b)| (a - b).powi(2));
-        (squares.sum::<f64>() / rigid.len() as f64).sqrt().to_degrees()
+        (squares.sum::<f64>() / rigid.len() as f64)
+            .sqrt()
+            .to_degrees()
     };
     assert!(apart_deg("") < 0.1, "{}", apart_deg(""));
     assert!(apart_deg("3,4") < 0.1, "{}", apart_deg("3,4"));

@@ -164,7 +164,9 @@ impl CalibratedWalk {
         let nuisances = Nuisance::of(&base.morphology, record).into_iter();
         let effects = walker.hypothesis.effects.iter().flat_map(|placed| {
             let parameters = placed.effect.parameters(placed.place, walker.nominal());
-            parameters.into_iter().map(|parameter| parameter.name.into())
+            parameters
+                .into_iter()
+                .map(|parameter| parameter.name.into())
         });
         let names = nuisances.map(Nuisance::name).chain(effects);
         let parameters = names

@@ -6,7 +6,7 @@ use mlr_ga::{
     IdentifySettings, Model, WalkOrigin, calibrate, walk_record,
 };
 use mlr_model::{Gait, LostLinks, Morphology, Robot};
-use mlr_residual::walk::{CalibratedWalk, KnownRobot, EvidenceSettings, Simulated, WalkModel};
+use mlr_residual::walk::{CalibratedWalk, EvidenceSettings, KnownRobot, Simulated, WalkModel};
 use thiserror::Error;
 
 use super::forgetting::aged;

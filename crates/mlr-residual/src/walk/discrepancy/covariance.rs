@@ -96,8 +96,10 @@ impl Correlations {
         sum += variance(of_axis.irregular) * &parts.irregular;
         if let Some((scatter, of_walk)) = off_mean {
             let rows = sum.nrows();
-            let walks = scatter.walks.rows(axis * rows, rows) * of_axis.scatter_share.hypot(of_walk);
-            let impacts = scatter.impacts.rows(axis * rows, rows) * of_axis.impacts_share.hypot(of_walk);
+            let walks =
+                scatter.walks.rows(axis * rows, rows) * of_axis.scatter_share.hypot(of_walk);
+            let impacts =
+                scatter.impacts.rows(axis * rows, rows) * of_axis.impacts_share.hypot(of_walk);
             sum += &walks * walks.transpose() + &impacts * impacts.transpose();
         }
         let base = of_axis.white.base_deg * of_axis.white.base_deg;
@@ -281,9 +283,7 @@ pub(crate) enum Compared<'s> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walk::{
-        Observation, observation::Whitening, record::tests::walking_record,
-    };
+    use crate::walk::{Observation, observation::Whitening, record::tests::walking_record};
 
     #[test]
     fn errors_far_beyond_the_usual_are_likelier_where_something_unknown_acts() {

@@ -239,6 +239,34 @@ mod tests {
     }
 
     #[test]
+    fn what_impacts_change_is_found_and_is_no_scatter() {
+        let whitening = whitening();
+        let mut random = ChaCha8Rng::seed_from_u64(6);
+        let rough = Rough::new(0.3, 4, &mut random);
+        let known = rough.differences(&mut random);
+        let mut walks = [rough.walks(120, 0.0, &mut random)];
+        let change = 3.0 * rough.jacobian.column(0);
+        for draw in &mut walks[0].draws {
+            match draw.impacts {
+                Impacts::Rigid => draw.residual -= &change,
+                Impacts::Compliant => draw.residual += &change,
+            }
+        }
+        let found = Regression::new(&walks, &known).unwrap();
+        let off = whitening.apply_to(&(found.scatter().impacts - &change));
+        let all = whitening.apply_to(&change);
+        assert!(
+            off.norm() < 0.1 * all.norm(),
+            "{} {}",
+            off.norm(),
+            all.norm()
+        );
+        for roughness in &found.roughness(&whitening)[..2] {
+            assert!((roughness / 0.09 - 1.0).abs() < 0.1, "{roughness}");
+        }
+    }
+
+    #[test]
     fn without_walks_nothing_is_found() {
         let rough = Rough::new(0.3, 2, &mut ChaCha8Rng::seed_from_u64(5));
         assert!(Regression::new(&[], &rough.jacobian).is_none());

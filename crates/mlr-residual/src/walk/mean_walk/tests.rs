@@ -67,7 +67,11 @@ impl Rough {
                 mlr_model::standard_normal(random)
             });
             Draw {
-                impacts: if k % 2 == 0 { Impacts::Rigid } else { Impacts::Compliant },
+                impacts: if k % 2 == 0 {
+                    Impacts::Rigid
+                } else {
+                    Impacts::Compliant
+                },
                 residual: self.mean(&z, shift) + self.error(random),
                 z,
             }
