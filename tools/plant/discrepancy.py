@@ -34,6 +34,9 @@ UNUSUAL = 0.05  # share of robots whose walk the engine does not meet, for no kn
 PARTS = ("constant", "periodic", "irregular")
 AMPLITUDE = ("base_deg", "swing_share", "spread_share", "impacts_share")
 OF_AXIS = ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread", "scatter_share", "impacts_share")
+# One plant is no other, and no real robot: means are not trusted further than these, which the stand-in logs, of another
+# simulation, leave (docs/explain.md).
+LEAST = {"base_deg": 0.015, "swing_share": 0.01}
 REWEIGHTINGS = 6  # times that nuisance parameters and scales are found from each other
 PRIOR_SPREAD = 2.0  # of the logarithm of each parameter about where the search starts
 
@@ -227,6 +230,13 @@ PHYSICAL_POWER = 0.01
 ENGINE_BIAS = 1.2
 
 
+def trusted(p):
+    """The same with parts of at least the size that another simulation leaves."""
+    least = {f"{axis}.{part}.base_deg": LEAST["base_deg"] for axis in ("tilt", "yaw") for part in PARTS}
+    least |= {f"{axis}.periodic.swing_share": LEAST["swing_share"] for axis in ("tilt", "yaw")}
+    return {name: max(value, least.get(name, 0.0)) for name, value in p.items()}
+
+
 def table(p, power):
     lines = [f"# Learned by tools/plant/discrepancy.py from {len(walks)} walks of robots that are known.", f"power = {power}",
              f"physical_power = {PHYSICAL_POWER}", f"engine_bias = {ENGINE_BIAS}"]
@@ -254,6 +264,8 @@ def main():
     load(*of)
     with Pool(initializer=load, initargs=of) as pool:
         found = learned(pool, args.sweeps)
+    if any(walk.is_mean for walk in walks):
+        found = trusted(found)
     with open(args.output, "w") as file:
         file.write(table(found, args.power))
 
