@@ -34,9 +34,9 @@ UNUSUAL = 0.05  # share of robots whose walk the engine does not meet, for no kn
 PARTS = ("constant", "periodic", "irregular")
 AMPLITUDE = ("base_deg", "swing_share", "spread_share", "impacts_share")
 OF_AXIS = ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread", "scatter_share", "impacts_share")
-# One plant is no other, and no real robot: means are not trusted further than these, which the stand-in logs, of another
-# simulation, leave (docs/explain.md).
-LEAST = {"base_deg": 0.015, "swing_share": 0.01}
+# One plant is no other, and no real robot: means are not trusted further than these, chosen on stand-in logs, which are of
+# another simulation (docs/explain.md).
+LEAST = {"base_deg": 0.035, "swing_share": 0.01}
 REWEIGHTINGS = 6  # times that nuisance parameters and scales are found from each other
 PRIOR_SPREAD = 2.0  # of the logarithm of each parameter about where the search starts
 
