@@ -1,5 +1,5 @@
 //! A robot that falls on its nose, against MuJoCo (`tools/golden/mujoco_walk.py`): where impacts are compliant,
-//! it rocks on its front edge as far as there, and where they are rigid it hardly does.
+//! it rocks on its front edge as far as there, and where they are rigid by less than two degrees.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use mlr_golden_tests::columns;

@@ -182,7 +182,7 @@ impl GroundContact {
     /// No ground grips better.
     pub const LARGEST_FRICTION: f64 = 10.0;
     /// Damping ratio at most where impacts are compliant: with it a robot that falls on its nose rocks as far as
-    /// in MuJoCo, whose contacts hardly matter for that (`tests/impacts.rs`).
+    /// in MuJoCo (`tests/impacts.rs`).
     const COMPLIANT_DAMPING_RATIO: f64 = 4.0;
 
     /// The same ground with impacts of this kind.

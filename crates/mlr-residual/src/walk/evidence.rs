@@ -184,6 +184,21 @@ impl<'m> NormalEquations<'m> {
 }
 
 impl LinearModel {
+    /// About these coordinates, which leave `residual`; none is held.
+    pub(crate) fn new(
+        whitening: &Whitening,
+        residual: &DVector<f64>,
+        coordinates: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
+    ) -> Self {
+        Self {
+            residual: whitening.apply_to(residual),
+            coordinates: coordinates.clone(),
+            jacobian: whitening.apply(jacobian),
+            held: 0,
+        }
+    }
+
     /// Logarithm of the evidence, and the most probable coordinates.
     pub(crate) fn ln_evidence(&self, whitening: &Whitening) -> (f64, DVector<f64>) {
         self.ln_evidence_of_rough(whitening, |_| [1.0; GROUPS])
@@ -238,12 +253,7 @@ impl Walker<'_> {
         let mut here = start;
         let mut ln_here = ln_posterior(whitening, &here);
         for _ in 0..steps {
-            let model = LinearModel {
-                residual: whitening.apply_to(&here.residual),
-                coordinates: here.z.clone(),
-                jacobian: whitening.apply(&jacobian),
-                held: 0,
-            };
+            let model = LinearModel::new(whitening, &here.residual, &here.z, &jacobian);
             let equations = NormalEquations::new(&model, whitening);
             let tried = STEPS.into_par_iter().filter_map(|step| {
                 let mut z = &here.z + equations.step(whitening, step).0;

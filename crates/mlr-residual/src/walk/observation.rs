@@ -204,14 +204,11 @@ impl<'a> Observation<'a> {
 
     /// For the same errors where something unknown acts: in each way that it may.
     pub(crate) fn with_unknown(&self, usual: &Whitening) -> Vec<Whitening> {
+        let known = usual.factors.each_ref().map(|f| f * f.transpose());
         let ways = Unknown::ways().filter_map(|unknown| {
-            let covariance = |axis: usize| {
-                let factor = &usual.factors[axis];
-                let known = factor * factor.transpose();
-                match self.correlations.of_unknown(axis, unknown) {
-                    Some(added) => known + added,
-                    None => known,
-                }
+            let covariance = |axis: usize| match self.correlations.of_unknown(axis, unknown) {
+                Some(added) => &known[axis] + added,
+                None => known[axis].clone(),
             };
             usual.clone().with_covariances([0, 1, 2].map(covariance))
         });

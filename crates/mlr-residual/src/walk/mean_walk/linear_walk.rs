@@ -68,12 +68,8 @@ impl LinearWalk {
         roughness: [f64; GROUPS],
     ) -> Integrated {
         let jacobian = &self.jacobian * counting;
-        let model = LinearModel {
-            residual: whitening.apply_to(&self.residual(&(counting * centre))),
-            coordinates: centre.clone(),
-            jacobian: whitening.apply(&jacobian),
-            held: 0,
-        };
+        let left = self.residual(&(counting * centre));
+        let model = LinearModel::new(whitening, &left, centre, &jacobian);
         let (_, mut z) = model.ln_evidence(whitening);
         within_bounds(&mut z);
         let counted = counting * &z;
@@ -195,10 +191,10 @@ mod tests {
     #[test]
     fn where_walks_scatter_widely_evidence_is_low_and_certain() {
         let by_scatter = |roughness| evidence_by_draws(roughness, |s| Compared::MeanOf(s));
-        let (firm, tipping) = (by_scatter(0.1), by_scatter(10.0));
+        let (firm, tipping) = (by_scatter(0.1), by_scatter(30.0));
         assert!(tipping[0] < firm[0] - 10.0, "{tipping:?} {firm:?}");
         // The control: as if they did not, it is up to the walks that were drawn.
-        let as_if_firm = evidence_by_draws(10.0, |_| Compared::Walk);
+        let as_if_firm = evidence_by_draws(30.0, |_| Compared::Walk);
         assert!(
             as_if_firm[1] > 30.0 * tipping[1],
             "{tipping:?} {as_if_firm:?}"

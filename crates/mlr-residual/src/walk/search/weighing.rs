@@ -81,12 +81,13 @@ impl<'a> Search<'a, '_> {
 /// it may act.
 pub(super) fn ln_gain_of_unknown(fit: &Fit, usual: &Whitening, with_unknown: &[Whitening]) -> f64 {
     let ln = |whitening: &Whitening| {
-        let model = LinearModel {
-            residual: whitening.apply_to(&fit.residual),
-            coordinates: fit.walked.z.clone(),
-            jacobian: whitening.apply(&fit.jacobian),
-            held: 0,
-        };
+        let Fit {
+            walked,
+            residual,
+            jacobian,
+            ..
+        } = fit;
+        let model = LinearModel::new(whitening, residual, &walked.z, jacobian);
         model.ln_evidence(whitening).0
     };
     ln_mean(with_unknown.iter().map(ln), with_unknown.len()) - ln(usual)
