@@ -5,6 +5,7 @@
 Every case is a damage that is known: legs that are lost, a weak leg with what is left of its strength,
 or a stuck joint with its angle. For each, `mlr-ga recover` finds a gait; robots with this damage are
 drawn as they are assembled, play it and the nominal gait, and are measured from their true pose.
+Then `mlr-ga steer` steers the gait by the log of each robot's sensor, and the robot plays what it gets.
 """
 
 import argparse
@@ -18,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 import effects
-from draw import without
+from draw import without, write
 from gait import JointFile
 from robot import JETHEXA, LINKS, STEP_S
 from settings import assemble, draw_plant
-from walk import placed, steps
+from walk import placed, record, steps
 
 WINDOW_S, SHIFT_S = 0.5, 0.1  # of the damage detector
 SAMPLE_S = 0.01
@@ -96,7 +97,8 @@ def drawn(case, seed, index):
     return plant, intact
 
 
-def walk(plant, intact, joints):
+def played(plant, joints):
+    """Lets the robot play a file, or its nominal gait without one: when its cycles begin, and how long they take."""
     if joints is None:
         plant.joints, from_s, cycle_s = None, 2 * NOMINAL_PERIOD_S, NOMINAL_PERIOD_S
     else:
@@ -105,9 +107,26 @@ def walk(plant, intact, joints):
         cycle_s = (end - first) * file.row_s
         plant.joints, from_s = str(joints), first * file.row_s + cycle_s / 2
     cycle_s *= plant.period_scale
-    rows = poses(plant, intact, from_s + max(WALK_S, 4 * cycle_s) + SAMPLE_S)
+    plant.walk_s = from_s + max(WALK_S, 4 * cycle_s) + SAMPLE_S
+    return from_s, cycle_s
+
+
+def walk(plant, intact, joints):
+    from_s, cycle_s = played(plant, joints)
+    rows = poses(plant, intact, plant.walk_s)
     onset = fluctuation_deg(rows[rows[:, 0] < from_s])
     return (*measure(rows, from_s, cycle_s), onset)
+
+
+def steered(program, plant, intact, joints, rng, name):
+    """The joint file of the gait steered by this robot's own log of it, in files of this name."""
+    log, gait, after = (joints.with_name(f"{name}.{end}") for end in ("log.csv.gz", "toml", "csv"))
+    if not after.exists():
+        played(plant, joints)
+        write(log, record(plant, intact, rng).columns)
+        command = [program, "steer", joints.with_suffix(".json"), log, "-o", gait, "--joints", after]
+        subprocess.run(list(map(str, command)), check=True, capture_output=True)
+    return after
 
 
 def recover(program, case, seed, directory):
@@ -145,23 +164,27 @@ def main():
         f"healthy, nominal gait: {1e3 * speed_m_per_s:.0f} mm/s, fluctuation {healthy[:, 1].mean():.1f}°,"
         f" drift {np.abs(healthy[:, 2]).mean():.1f} °/m\n"
     )
-    print("| damage | margin mm | speed mm/s | of healthy | fluctuation ° | worst | onset ° | drift °/m | worst | signed | P below 5° | nominal: speed | fluctuation | drift | model: speed | fluctuation | CPU s |")
-    print("|:--|" + "--:|" * 16)
+    print("| damage | margin mm | speed mm/s | of healthy | fluctuation ° | worst | onset ° | drift °/m | worst | signed | steered: drift | worst | speed | P below 5° | nominal: speed | fluctuation | drift | model: speed | fluctuation | CPU s |")
+    print("|:--|" + "--:|" * 19)
     for case in args.cases:
         joints, report, user_s = recover(args.program, case, args.seed, args.output)
         if joints is None:
             print(f"| {case} | {report} |")
             continue
-        after, before = [], []
+        after, straight, before = [], [], []
         for index in range(args.robots):
             after.append(walk(*drawn(case, args.seed, index), joints))
             before.append(walk(*drawn(case, args.seed, index), None))
-        after, before = np.array(after), np.array(before)
+            rng = np.random.default_rng([args.seed, 78, index])
+            own = steered(args.program, *drawn(case, args.seed, index), joints, rng, f"{joints.stem}-robot{index}")
+            straight.append(walk(*drawn(case, args.seed, index), own))
+        after, straight, before = np.array(after), np.array(straight), np.array(before)
         speed, size = after[:, 0].mean(), np.abs(after[:, 2])
         model = report["after"]
         print(
             f"| {case} | {1e3 * report['margin_m']:.0f} | {1e3 * speed:.0f} | {speed / speed_m_per_s:.2f}"
             f" | {after[:, 1].mean():.1f} | {after[:, 1].max():.1f} | {after[:, 3].max():.1f} | {size.mean():.1f} | {size.max():.1f} | {after[:, 2].mean():+.1f}"
+            f" | {np.abs(straight[:, 2]).mean():.1f} | {np.abs(straight[:, 2]).max():.1f} | {1e3 * straight[:, 0].mean():.0f}"
             f" | {model['calm_probability']:.2f} | {1e3 * before[:, 0].mean():.0f} | {before[:, 1].mean():.1f}"
             f" | {np.abs(before[:, 2]).mean():.1f} | {1e3 * model['speed_m_per_s']:.0f} | {model['fluctuation_deg']:.1f} | {user_s:.0f} |",
             flush=True,

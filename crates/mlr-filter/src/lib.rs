@@ -8,6 +8,7 @@
 //! | roll, pitch and yaw over time | [`OrientationSeries`], [`Axes`], [`Axis`], [`unwrapped_rad`] |
 //! | repair of time stamps | [`increasing_times`], [`TimeStampFaults`] |
 //! | start of the walk | [`MotionStart`], [`MotionSettings`] |
+//! | how far the body turns in each cycle of a gait | [`Turning`], [`SteadyWalk`] |
 //! | resampling of a stretch to an even rate | [`Window`], [`EvenSamples`], [`SamplingLimits`] |
 //! | spectra; the FFT filter (Algorithm 2 of the paper) | [`Spectrum`], [`PowerSpectrum`], [`FourierFilter`], [`FilterSettings`], [`Conditioned`] |
 //! | moving means | [`MovingMean`] |
@@ -54,6 +55,7 @@
 mod band;
 mod damage_detector;
 mod fourier_filter;
+mod line;
 mod motion_start;
 mod moving_mean;
 mod orientation;
@@ -62,6 +64,7 @@ mod sliding_range;
 mod spectrum;
 mod steady_drift;
 mod time_stamps;
+mod turning;
 mod window;
 
 pub use band::Band;
@@ -73,4 +76,5 @@ pub use orientation::{Axes, Axis, OrientationSeries, SeriesError, unwrapped_rad}
 pub use setting_error::SettingError;
 pub use spectrum::{PowerSpectrum, Spectrum};
 pub use time_stamps::{TimeStampFaults, increasing_times};
+pub use turning::{NoTurning, SteadyWalk, Turning};
 pub use window::{EvenSamples, SamplingLimits, Window, WindowError};

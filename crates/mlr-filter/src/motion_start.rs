@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    Axes, OrientationSeries, SettingError, sliding_range::SlidingRange,
+    OrientationSeries, SettingError, sliding_range::SlidingRange,
     steady_drift::without_steady_drift_deg,
 };
 
@@ -100,17 +100,12 @@ impl MotionStart {
         settings: &MotionSettings,
     ) -> Result<Self, NoMotion> {
         let times_s = recording.times_s();
-        let angles = recording.angles_rad();
-        let noise_deg = [&angles.roll, &angles.pitch, &angles.yaw]
-            .map(|samples| noise_deviation(samples))
-            .into_iter()
-            .fold(0.0, f64::max)
-            .to_degrees();
-        let above_noise = |threshold_deg: f64| threshold_deg.max(settings.noise_factor * noise_deg);
-        let smallest_deg = above_noise(settings.threshold_deg / 2.0);
-        let angles_deg = without_steady_drift_deg(recording, smallest_deg);
-        let fluctuation_deg = fluctuation_deg(times_s, &angles_deg, settings.window_s);
-        [above_noise(settings.threshold_deg), smallest_deg]
+        let Fluctuation {
+            deg: fluctuation_deg,
+            smallest_deg,
+            threshold_deg,
+        } = Fluctuation::of(recording, settings);
+        [threshold_deg, smallest_deg]
             .into_iter()
             .find_map(|threshold_deg| {
                 first_sustained(times_s, &fluctuation_deg, threshold_deg, settings)
@@ -134,20 +129,44 @@ impl MotionStart {
     }
 }
 
-/// For each sample, the largest fluctuation of any angle within the window that
-/// ends there.
-fn fluctuation_deg(times_s: &[f64], angles_deg: &Axes<Vec<f64>>, window_s: f64) -> Vec<f64> {
-    let mut ranges = [(); 3].map(|()| SlidingRange::new(window_s));
-    let times_s = times_s.iter().enumerate();
-    times_s
-        .map(|(index, &time_s)| {
+/// How much a body moves, sample by sample.
+pub(crate) struct Fluctuation {
+    /// The largest fluctuation of any angle within the window that ends at a sample.
+    pub(crate) deg: Vec<f64>,
+    /// What counts as moving in a recording that never shows more, after allowing for its noise.
+    pub(crate) smallest_deg: f64,
+    /// What counts as moving otherwise.
+    threshold_deg: f64,
+}
+
+impl Fluctuation {
+    /// Of a recording whose time stamps increase, without the drift of a biased gyroscope while the
+    /// robot stands.
+    pub(crate) fn of(recording: &OrientationSeries, settings: &MotionSettings) -> Self {
+        let angles = recording.angles_rad();
+        let noise_deg = [&angles.roll, &angles.pitch, &angles.yaw]
+            .map(|samples| noise_deviation(samples))
+            .into_iter()
+            .fold(0.0, f64::max)
+            .to_degrees();
+        let above_noise = |threshold_deg: f64| threshold_deg.max(settings.noise_factor * noise_deg);
+        let smallest_deg = above_noise(settings.threshold_deg / 2.0);
+        let angles_deg = without_steady_drift_deg(recording, smallest_deg);
+        let mut ranges = [(); 3].map(|()| SlidingRange::new(settings.window_s));
+        let times_s = recording.times_s().iter().enumerate();
+        let deg = times_s.map(|(index, &time_s)| {
             [&angles_deg.roll, &angles_deg.pitch, &angles_deg.yaw]
                 .into_iter()
                 .zip(&mut ranges)
                 .map(|(samples, range)| range.push(time_s, samples[index]))
                 .fold(0.0, f64::max)
-        })
-        .collect()
+        });
+        Self {
+            deg: deg.collect(),
+            smallest_deg,
+            threshold_deg: above_noise(settings.threshold_deg),
+        }
+    }
 }
 
 /// Standard deviation of the sample-to-sample noise on a smooth signal: the

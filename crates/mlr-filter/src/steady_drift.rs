@@ -1,6 +1,6 @@
 //! Removal of the drift that a biased gyroscope causes.
 
-use crate::{Axes, OrientationSeries};
+use crate::{Axes, OrientationSeries, line::Line};
 
 /// An angle that is a straight line for this long drifts; it does not move.
 const STRAIGHT_S: f64 = 0.5;
@@ -57,39 +57,6 @@ fn without_drift(times_s: &[f64], mut angles_deg: Vec<f64>, tolerance_deg: f64) 
         angles_deg[index] -= drifted_deg;
     }
     angles_deg
-}
-
-/// A straight line fitted to values over time.
-struct Line {
-    slope: f64,
-    /// Root mean square of the residual.
-    error: f64,
-}
-
-impl Line {
-    fn through(times_s: &[f64], values: &[f64]) -> Self {
-        let n = times_s.len() as f64;
-        if times_s.len() < 3 {
-            return Self {
-                slope: 0.0,
-                error: f64::INFINITY,
-            };
-        }
-        let mean_s = times_s.iter().sum::<f64>() / n;
-        let mean = values.iter().sum::<f64>() / n;
-        let pairs = times_s.iter().zip(values);
-        let (mut along, mut squares_s2, mut squares) = (0.0, 0.0, 0.0);
-        for (time_s, value) in pairs {
-            along += (time_s - mean_s) * (value - mean);
-            squares_s2 += (time_s - mean_s).powi(2);
-            squares += (value - mean).powi(2);
-        }
-        let slope = along / squares_s2.max(f64::MIN_POSITIVE);
-        Self {
-            slope,
-            error: ((squares - slope * along).max(0.0) / n).sqrt(),
-        }
-    }
 }
 
 #[cfg(test)]

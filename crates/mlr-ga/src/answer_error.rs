@@ -6,7 +6,7 @@ use mlr_model::ModelError;
 use mlr_residual::{SensorError, servo::ServoError};
 use thiserror::Error as ThisError;
 
-use crate::{CalibrateError, ExplainError, UnfitRobot};
+use crate::{CalibrateError, ExplainError, SteerError, UnfitRobot};
 
 /// Why [`identify()`](crate::identify()) or [`detect`](crate::detect()) has no answer.
 #[derive(Debug, ThisError)]
@@ -142,6 +142,7 @@ pub fn says_log_cannot_answer(error: &(dyn Error + 'static)) -> bool {
         || is(error, AnswerError::is_recordings_fault)
         || is(error, ExplainError::is_recordings_fault)
         || is(error, CalibrateError::is_recordings_fault)
+        || is(error, SteerError::is_recordings_fault)
         || is(error, SensorError::is_recordings_fault)
         || is(error, ServoError::is_recordings_fault)
 }

@@ -107,6 +107,24 @@ pub enum AnswerJsonError {
     },
 }
 
+impl AnswerJsonError {
+    /// Refuses a morphology that is none of this robot's.
+    pub(crate) fn check_robot(found: &Morphology, robot: &Robot) -> Result<(), Self> {
+        if found.layout() == robot.layout() {
+            return Ok(());
+        }
+        let links = |links: Vec<usize>| {
+            let links: Vec<String> = links.iter().map(usize::to_string).collect();
+            format!("legs of {} links", links.join(", "))
+        };
+        Err(Self::OtherRobot {
+            found: links((0..found.legs()).map(|leg| found.links(leg)).collect()),
+            expected: links(robot.legs().iter().map(|leg| leg.links.len()).collect()),
+            robot: robot.name().into(),
+        })
+    }
+}
+
 impl Question {
     /// The command that asks it.
     fn command(self) -> &'static str {
@@ -159,25 +177,10 @@ fn checked(text: &str, robot: &Robot) -> Result<(Question, Value), AnswerJsonErr
     };
     let answer = AnswerJson::deserialize(&value)?;
     let others = answer.alternatives.iter().map(|one| &one.morphology);
-    let layout = robot.layout();
     for found in std::iter::once(&answer.morphology).chain(others) {
-        if found.layout() != layout {
-            return Err(other_robot(found, robot));
-        }
+        AnswerJsonError::check_robot(found, robot)?;
     }
     Ok((question, value))
-}
-
-fn other_robot(found: &Morphology, robot: &Robot) -> AnswerJsonError {
-    let links = |links: Vec<usize>| {
-        let links: Vec<String> = links.iter().map(usize::to_string).collect();
-        format!("legs of {} links", links.join(", "))
-    };
-    AnswerJsonError::OtherRobot {
-        found: links((0..found.legs()).map(|leg| found.links(leg)).collect()),
-        expected: links(robot.legs().iter().map(|leg| leg.links.len()).collect()),
-        robot: robot.name().into(),
-    }
 }
 
 #[cfg(test)]

@@ -8,12 +8,16 @@
 //!    an evolution strategy improves the best.
 //! 3. The way from the nominal stance into the gait: legs that do not walk are folded, and the others
 //!    step to their places one after the other.
+//!
+//! A robot that has walked with such a gait turns by what the model does not know of it.
+//! [`Walked::steered`] makes the same gait turn as far the other way.
 
 mod criterion;
 mod diagnosis;
 mod first_steps;
 mod footholds;
 mod gait_plan;
+mod nominal_stance;
 mod optimise;
 mod possible_robot;
 mod recovery;
@@ -21,10 +25,12 @@ mod rows;
 mod screen;
 mod settings;
 mod statics;
+mod steering;
 mod support;
 mod swing_order;
 mod walking;
 mod what_is_left;
+mod whole_gait;
 
 pub use diagnosis::Diagnosis;
 pub use gait_plan::GaitPlan;
@@ -32,6 +38,7 @@ pub use possible_robot::PossibleRobot;
 pub use recovery::{Outlook, RecoverError, Recovery, Task, recover};
 pub use rows::NotFollowed;
 pub use settings::RecoverSettings;
+pub use steering::{Steered, Walked};
 pub use support::margin_m;
 pub use swing_order::{SwingOrder, swing_orders};
 pub use walking::Walking;

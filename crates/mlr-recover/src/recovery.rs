@@ -1,7 +1,7 @@
 //! From what is left of a robot to a gait.
 
 use mlr_filter::{DetectorSettings, SettingError};
-use mlr_model::{Gait, JointCommands, ModelError, Motion, Progress, Robot, kinematics};
+use mlr_model::{Gait, ModelError, Progress, Robot};
 use rand::Rng;
 use rayon::prelude::*;
 use thiserror::Error;
@@ -10,16 +10,16 @@ use crate::{
     RecoverSettings,
     criterion::Criterion,
     diagnosis::Diagnosis,
-    first_steps::FirstSteps,
     gait_plan::GaitPlan,
+    nominal_stance::NominalStance,
     optimise::Trial,
     possible_robot::PossibleRobot,
-    rows::{Joints, NotFollowed, reached_rad},
+    rows::{Joints, NotFollowed},
     screen::{Screened, screen},
-    statics::Statics,
-    support::Ground,
+    statics::LIFT_M,
     swing_order::swing_orders,
     walking::{Walking, fluctuation_deg},
+    whole_gait::WholeGait,
 };
 
 /// Why there is no gait.
@@ -135,13 +135,6 @@ pub fn recover(
     }
 }
 
-/// A gait with the way into it, and how all robots walk with it.
-struct Whole {
-    gait: Gait,
-    first: FirstSteps,
-    played: Vec<Played>,
-}
-
 /// How one robot walks with a gait; `None` where it diverges.
 struct Played {
     walking: Option<Walking>,
@@ -154,10 +147,7 @@ struct Search<'a> {
     settings: &'a RecoverSettings,
     joints: Joints<'a>,
     criterion: Criterion,
-    /// Angles and feet of the nominal stance, leg by leg.
-    stance_rad: Vec<Vec<f64>>,
-    feet_m: Vec<Ground>,
-    body_height_m: f64,
+    stance: NominalStance,
     nominal_speed_m_per_s: f64,
 }
 
@@ -167,23 +157,7 @@ impl<'a> Search<'a> {
         if task.robots.is_empty() {
             return Err(RecoverError::NoRobots);
         }
-        let commands = JointCommands::new(robot, nominal, 0.0)?;
-        let stance_rad: Vec<Vec<f64>> = robot
-            .legs()
-            .iter()
-            .enumerate()
-            .map(|(leg, described)| {
-                let joints = 0..described.links.len();
-                joints
-                    .map(|joint| commands.angle_rad(leg, joint, 0.0))
-                    .collect()
-            })
-            .collect();
-        let tips = robot.legs().iter().zip(&stance_rad);
-        let tips: Vec<_> = tips
-            .map(|(leg, angles_rad)| kinematics::foot_tip(leg, &reached_rad(leg, angles_rad)))
-            .collect();
-        let lowest_m = tips.iter().map(|tip| tip.z).fold(f64::INFINITY, f64::min);
+        let stance = NominalStance::of(robot, nominal)?;
         let speed = nominal.feet().map(|feet| {
             let stance_s = nominal.period_s * (1.0 - feet.swing_fraction);
             feet.stride_m.abs() / stance_s
@@ -199,11 +173,9 @@ impl<'a> Search<'a> {
             criterion: Criterion {
                 detector: task.detector,
             },
-            stance_rad,
-            feet_m: tips.iter().map(|tip| [tip.x, tip.y]).collect(),
-            body_height_m: -lowest_m,
             // Without a stride, that of a body height a second.
-            nominal_speed_m_per_s: speed.unwrap_or(-lowest_m),
+            nominal_speed_m_per_s: speed.unwrap_or(stance.body_height_m),
+            stance,
         })
     }
 
@@ -217,27 +189,18 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn statics(&self, walking: &[usize], body_height_m: f64) -> Statics {
-        let Joints {
-            robot,
-            left,
-            most_turn_rad,
-        } = self.joints;
-        Statics::new(robot, left, walking, body_height_m, LIFT_M, most_turn_rad)
-    }
-
     /// Plans of all sets of legs, best first, and how many orders there were.
     fn screened(&self, generator: &mut impl Rng) -> Result<(Vec<Screened>, usize), RecoverError> {
         let mut all = Vec::new();
         let mut orders_in_all = 0;
         let speeds = SPEEDS.map(|share| share * self.nominal_speed_m_per_s);
-        let sets = self.task.diagnosis.walking_sets(self.feet_m.len());
+        let sets = self.task.diagnosis.walking_sets(self.stance.feet_m.len());
         let most = sets.iter().map(Vec::len).max().unwrap_or(0);
         if most < 2 {
             return Err(RecoverError::TooFewLegs(most));
         }
         for walking in sets {
-            let statics = self.statics(&walking, self.body_height_m);
+            let statics = self.joints.statics(&walking, self.stance.body_height_m);
             let standing = STANDING.min(walking.len().saturating_sub(1));
             let orders = swing_orders(&walking, standing);
             orders_in_all += orders.len();
@@ -248,8 +211,8 @@ impl<'a> Search<'a> {
                 advance_m: 0.0,
                 turn_rad: 0.0,
                 lift_m: LIFT_M,
-                body_height_m: self.body_height_m,
-                stance_m: self.feet_m.clone(),
+                body_height_m: self.stance.body_height_m,
+                stance_m: self.stance.feet_m.clone(),
                 sway_m: [[0.0; 4]; 2],
             };
             let steps = self.settings.screen_steps;
@@ -313,10 +276,8 @@ impl<'a> Search<'a> {
         before: &Outlook,
         progress: &dyn Progress,
     ) -> Result<Recovery, RecoverError> {
-        let walking = plan.walking();
-        let statics = self.statics(&walking, plan.body_height_m);
         for _ in 0..STEERED {
-            let played = self.whole(&statics, &plan)?.played;
+            let (_, played) = self.whole(&plan)?;
             let turns = played.iter().filter_map(|one| one.walking);
             let turn_rad: f64 = turns.map(|walking| walking.turn_rad_per_cycle).sum();
             plan.turn_rad -= turn_rad / played.len().max(1) as f64;
@@ -324,20 +285,16 @@ impl<'a> Search<'a> {
             progress.advance();
         }
         let margin_m = self.joints.margin_m(&plan)?;
-        let Whole {
-            gait,
-            first,
-            played,
-        } = self.whole(&statics, &plan)?;
+        let (whole, played) = self.whole(&plan)?;
         progress.advance();
         let onsets = played.iter().map(|one| one.fluctuation_deg);
         let first_steps_fluctuation_deg = onsets.fold(0.0, f64::max);
         let after = self.outlook(margin_m, &played);
         Ok(Recovery {
-            gait,
+            gait: whole.gait,
             plan,
             margin_m,
-            first_steps_margin_m: first.margin_m,
+            first_steps_margin_m: whole.first_steps_margin_m,
             orders,
             before: before.clone(),
             after,
@@ -346,24 +303,11 @@ impl<'a> Search<'a> {
     }
 
     /// A plan with the way into it, and how all robots walk.
-    fn whole(&self, statics: &Statics, plan: &GaitPlan) -> Result<Whole, RecoverError> {
-        let first = FirstSteps::into(statics, plan, &self.feet_m);
-        let joints = self.joints.whole(&self.stance_rad, plan, &first)?;
-        let cycle_s = joints.repeat_rows().map_or(1, |rows| rows.len()) as f64 * joints.row_s();
-        let gait = Gait {
-            name: "recovery".into(),
-            period_s: cycle_s,
-            motion: Motion::Joints(joints),
-        };
-        let from_s = gait.steady_from_s() + 0.5 * cycle_s;
-        let played = self.walks(&gait, from_s, cycle_s, CYCLES)?;
-        Ok(Whole {
-            gait,
-            first,
-            played,
-        })
+    fn whole(&self, plan: &GaitPlan) -> Result<(WholeGait, Vec<Played>), RecoverError> {
+        let whole = WholeGait::of(plan, self.joints, &self.stance)?;
+        let cycle_s = whole.gait.period_s;
+        let from_s = whole.gait.steady_from_s() + 0.5 * cycle_s;
+        let played = self.walks(&whole.gait, from_s, cycle_s, CYCLES)?;
+        Ok((whole, played))
     }
 }
-
-/// How high feet are lifted at first.
-const LIFT_M: f64 = 0.035;

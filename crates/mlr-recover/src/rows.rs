@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::{
     first_steps::{FirstSteps, seen_from},
     gait_plan::GaitPlan,
+    statics::{LIFT_M, Statics},
     support::{Ground, margin_m},
     what_is_left::WhatIsLeft,
 };
@@ -72,6 +73,18 @@ struct Rows<'a> {
 }
 
 impl<'a> Joints<'a> {
+    /// What standing on these legs needs, with the body at this height.
+    pub(crate) fn statics(&self, walking: &[usize], body_height_m: f64) -> Statics {
+        Statics::new(
+            self.robot,
+            self.left,
+            walking,
+            body_height_m,
+            LIFT_M,
+            self.most_turn_rad,
+        )
+    }
+
     /// The gait alone: from a stand where its cycle begins, over a start in which the cycle runs ever
     /// faster, to the cycle that repeats.
     ///

@@ -31,6 +31,8 @@ pub(crate) struct Standing {
     pub(crate) amiss: f64,
 }
 
+/// How high feet are lifted at first.
+pub(crate) const LIFT_M: f64 = 0.035;
 /// Distance of the lines from hip to foot of two legs, seen from above: twice the radius of a link, and
 /// as much again.
 const APART_M: f64 = 0.045;

@@ -23,6 +23,7 @@ mod log_file;
 mod markdown;
 mod model_files;
 mod morphology_choice;
+mod motion_files;
 mod output;
 mod plot;
 mod probe;
@@ -39,6 +40,7 @@ mod search_options;
 mod shell;
 mod side_by_side;
 mod simulate;
+mod steer;
 
 use std::{process::ExitCode, time::Instant};
 
@@ -105,6 +107,11 @@ enum Command {
     /// gaits walk in the model, on robots drawn from what is known of this one, and the best is
     /// improved. Nothing is commanded: the gait is written to files.
     Recover(recover::RecoverOptions),
+    /// Steers a recovery gait by a log of the robot that walked with it.
+    ///
+    /// A robot turns by what its joint zeros and its ground make of the gait, which no model knows
+    /// beforehand. The same gait is made to turn as far the other way.
+    Steer(steer::SteerOptions),
     /// Shows what LOG says of its robot as one page that needs no other file.
     ///
     /// The page has the robot from above, measured and simulated walk, the damage detector, what is
@@ -206,6 +213,7 @@ fn execute(cli: &Cli) -> anyhow::Result<()> {
         Command::Calibrate(options) => calibrate::run(options),
         Command::Probe(options) => probe::run(options),
         Command::Recover(options) => recover::run(options),
+        Command::Steer(options) => steer::run(options),
         Command::Report(options) => report::run(options),
         Command::Simulate(options) => simulate::run(options),
         Command::Export(options) => export::run(options),

@@ -8,11 +8,11 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use mlr_ga::{LARGEST_SEED, ProbeSettings, ReportedSegment};
-use mlr_model::{Gait, Motion, Robot};
 use mlr_residual::walk::MotionBounds;
 
 use super::{
-    atlas_files::AtlasFiles, log_file::ReadOptions, model_files::ModelOfLogs, output::ResultFile,
+    atlas_files::AtlasFiles, log_file::ReadOptions, model_files::ModelOfLogs,
+    motion_files::MotionFiles,
 };
 
 #[derive(Debug, Args)]
@@ -30,14 +30,8 @@ pub(super) struct ProbeOptions {
     /// with --json: a slope or a tilted sensor, a payload or a pull. It takes the place of the logs.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["logs", "calibrate"])]
     explanation: Option<PathBuf>,
-    /// Write the motion to this file, a gait in TOML that every command takes as --gait. An existing
-    /// file is never overwritten.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Also write it as the joint angles that a controller plays, as CSV. An existing file is never
-    /// overwritten.
-    #[arg(long, value_name = "FILE")]
-    joints: Option<PathBuf>,
+    #[command(flatten)]
+    files: MotionFiles,
     /// How long the motion may last [default: 20 s; 30 s with --calibrate].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     max_s: Option<f64>,
@@ -88,33 +82,6 @@ pub(super) fn run(options: &ProbeOptions) -> anyhow::Result<()> {
              the one that calibrates a healthy robot"
         ),
         (true, true) => bail!("a log with --calibrate: expected one of the two"),
-    }
-}
-
-impl ProbeOptions {
-    /// The files of the motion, which must not exist.
-    fn files(&self) -> anyhow::Result<MotionFiles> {
-        let joints = self.joints.as_deref().map(ResultFile::reserve);
-        Ok(MotionFiles {
-            motion: ResultFile::reserve(&self.output)?,
-            joints: joints.transpose()?,
-        })
-    }
-}
-
-/// Where a motion is written to.
-struct MotionFiles {
-    motion: ResultFile,
-    joints: Option<ResultFile>,
-}
-
-impl MotionFiles {
-    fn write(self, motion: &Gait, robot: &Robot) -> anyhow::Result<()> {
-        self.motion.write(motion.to_toml())?;
-        if let (Some(file), Motion::Joints(joints)) = (self.joints, &motion.motion) {
-            file.write(&joints.to_csv(robot)?)?;
-        }
-        Ok(())
     }
 }
 

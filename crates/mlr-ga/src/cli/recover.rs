@@ -5,18 +5,19 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::Context;
 use clap::Args;
 use mlr_ga::{
-    Configuration, IdentifySettings, LARGEST_SEED, Model, RecoveryOf, RecoveryReport,
+    Configuration, IdentifySettings, LARGEST_SEED, Model, RecoveryOf, RecoveryReport, ReportedGait,
     ReportedOutlook, diagnosis_of_identification, diagnosis_of_json, identify, recovery_gait,
 };
 use mlr_imu::Mounting;
-use mlr_model::{Fault, Gait, Motion, Robot};
+use mlr_model::{Fault, Gait, Robot};
 use mlr_recover::{Diagnosis, WhatIsLeft};
 
 use super::{
     log_file::{ReadOptions, blame_if},
     model_files::ModelFiles,
     morphology_choice::MorphologyChoice,
-    output::{self, ResultFile},
+    motion_files::MotionFiles,
+    output,
     progress::Bar,
     saved_answer::saved_answer,
 };
@@ -40,14 +41,8 @@ pub(super) struct RecoverOptions {
     /// radians, as in 3:2:0.9. May be repeated.
     #[arg(long, value_name = "LEG:JOINT:ANGLE")]
     stuck_joint: Vec<String>,
-    /// Write the gait to this file, in TOML, which every command takes as --gait. An existing file is
-    /// never overwritten.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Also write it as the joint angles that a controller plays, as CSV. An existing file is never
-    /// overwritten.
-    #[arg(long, value_name = "FILE")]
-    joints: Option<PathBuf>,
+    #[command(flatten)]
+    files: MotionFiles,
     /// Chooses the robots that are tried, and the gaits.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
           value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
@@ -72,9 +67,7 @@ pub(super) fn run(options: &RecoverOptions) -> anyhow::Result<()> {
         ..
     } = Configuration::read(options.config.as_deref(), None)?;
     let (robot, gait) = options.model.read()?;
-    let file = ResultFile::reserve(&options.output)?;
-    let joints_file = options.joints.as_deref().map(ResultFile::reserve);
-    let joints_file = joints_file.transpose()?;
+    let files = options.files.reserve()?;
     let diagnosis = options.diagnosis(&robot, &gait, &identification, &mounting)?;
     let of = RecoveryOf {
         robot: &robot,
@@ -88,10 +81,7 @@ pub(super) fn run(options: &RecoverOptions) -> anyhow::Result<()> {
     let found = recovery_gait(of, &recovery, options.seed, &bar);
     bar.clear();
     let found = found?;
-    file.write(found.gait.to_toml())?;
-    if let (Some(file), Motion::Joints(joints)) = (joints_file, &found.gait.motion) {
-        file.write(&joints.to_csv(&robot)?)?;
-    }
+    files.write(&found.gait, &robot)?;
     let report = RecoveryReport::new(&diagnosis, &found, options.seed, started.elapsed());
     let text = match options.json {
         true => serde_json::to_string(&report)? + "\n",
@@ -175,24 +165,13 @@ impl RecoverOptions {
 /// The report for people.
 fn table(report: &RecoveryReport, options: &RecoverOptions, robot: &Robot) -> String {
     let mut table = output::Table::default();
-    table.line("damage", damage(report, robot));
-    table.line("gait", options.output.display());
-    if let Some(joints) = &options.joints {
-        table.line("joints", joints.display());
+    let mut left = damage(&report.gait, robot);
+    if report.cases > 1 {
+        left += &format!("; {} cases in question", report.cases);
     }
-    let order: Vec<String> = report.order.iter().map(|legs| numbers(legs)).collect();
-    table.line(
-        "swings",
-        format!(
-            "{}; duty factor {:.2}, period {:.2} s, stride {:.0} mm, lift {:.0} mm, body at {:.0} mm",
-            order.join(" - "),
-            report.duty_factor,
-            report.period_s,
-            1e3 * report.stride_m,
-            1e3 * report.lift_m,
-            1e3 * report.body_height_m
-        ),
-    );
+    table.line("damage", left);
+    options.files.name("gait", "", &mut table);
+    table.line("swings", swings(&report.gait));
     let margin_mm = 1e3 * report.margin_m;
     table.line(
         "stability",
@@ -222,7 +201,7 @@ fn table(report: &RecoveryReport, options: &RecoverOptions, robot: &Robot) -> St
         "first steps",
         format!(
             "{:.1} s, fluctuation up to {:.1}°",
-            report.steady_from_s, report.first_steps_fluctuation_deg
+            report.gait.steady_from_s, report.first_steps_fluctuation_deg
         ),
     );
     table.line(
@@ -232,9 +211,10 @@ fn table(report: &RecoveryReport, options: &RecoverOptions, robot: &Robot) -> St
     table.into_text()
 }
 
-fn damage(report: &RecoveryReport, robot: &Robot) -> String {
-    let mut text = report.morphology.describe_on(robot);
-    for fault in &report.faults {
+/// What a gait is for.
+pub(super) fn damage(gait: &ReportedGait, robot: &Robot) -> String {
+    let mut text = gait.morphology.describe_on(robot);
+    for fault in &gait.faults {
         text += &match *fault {
             Fault::WeakLeg { leg, gain } => format!(", leg {leg} weak ({:.0} %)", 100.0 * gain),
             Fault::StuckJoint { leg, joint, .. } => format!(", joint {joint} of leg {leg} stuck"),
@@ -244,13 +224,24 @@ fn damage(report: &RecoveryReport, robot: &Robot) -> String {
             Fault::ExternalForce { .. } => ", pulled at".into(),
         };
     }
-    if let Some(payload) = &report.payload {
+    if let Some(payload) = &gait.payload {
         text += &format!(", a load of {:.2} kg", payload.mass_kg);
     }
-    if report.cases > 1 {
-        text += &format!("; {} cases in question", report.cases);
-    }
     text
+}
+
+/// Which legs swing when, and how.
+pub(super) fn swings(gait: &ReportedGait) -> String {
+    let order: Vec<String> = gait.order.iter().map(|legs| numbers(legs)).collect();
+    format!(
+        "{}; duty factor {:.2}, period {:.2} s, stride {:.0} mm, lift {:.0} mm, body at {:.0} mm",
+        order.join(" - "),
+        gait.duty_factor,
+        gait.period_s,
+        1e3 * gait.stride_m,
+        1e3 * gait.lift_m,
+        1e3 * gait.body_height_m
+    )
 }
 
 fn numbers(legs: &[usize]) -> String {

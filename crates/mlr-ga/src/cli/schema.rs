@@ -5,7 +5,7 @@ use mlr_exchange::ExportedJson;
 use mlr_ga::{
     CalibrationReport, Configuration, DetectionReport, DiagnosisReport, ExplanationReport,
     IdentificationReport, IdentifySettings, Method, ProbeReport, RecoveryReport, RobotCheck,
-    SimulationReport, documented_toml,
+    SimulationReport, SteeringReport, documented_toml,
 };
 use schemars::{JsonSchema, Schema, generate::SchemaSettings};
 
@@ -73,6 +73,7 @@ const SCHEMAS: &[Named] = &[
     printed!("sensor-transfer", explain_sensor::TransferReport<'static>),
     printed!("servo-explanation", explain_servo::Report<'static>),
     printed!("simulation", SimulationReport),
+    printed!("steering", SteeringReport),
 ];
 
 const CONFIG: &str = "config";

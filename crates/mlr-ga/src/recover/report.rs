@@ -1,11 +1,12 @@
 use std::time::Duration;
 
-use mlr_model::{Fault, LostLinks, Morphology, Payload};
 use mlr_recover::{Diagnosis, Outlook, Recovery, Walking};
 use serde::Serialize;
 
+use super::ReportedGait;
+
 /// Version of the JSON form.
-const SCHEMA: &str = "mlr.recovery/1";
+pub(super) const SCHEMA: &str = "mlr.recovery/1";
 
 /// A recovery gait as other programs read it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -14,46 +15,19 @@ pub struct RecoveryReport {
     /// Name and version of the form.
     #[cfg_attr(feature = "schema", schemars(extend("const" = SCHEMA)))]
     schema: &'static str,
-    /// What is left of the robot, most probably.
-    pub morphology: Morphology,
-    /// Numbers (from 1) of the legs that miss a link.
-    pub damaged_legs: Vec<usize>,
-    /// Whether lost links are gone or hang on.
-    pub lost_links: LostLinks,
-    /// What else is wrong.
-    pub faults: Vec<Fault>,
-    /// What the body carries beyond its description.
-    pub payload: Option<Payload>,
+    /// The gait, and what it is for.
+    #[serde(flatten)]
+    pub gait: ReportedGait,
     /// How many cases the robots were drawn from.
     pub cases: usize,
     /// Orders in which the legs could swing that were looked at.
     pub orders: usize,
-    /// Legs (from 1) that swing together, in their order.
-    pub order: Vec<Vec<usize>>,
-    /// Legs that are folded.
-    pub folded_legs: Vec<usize>,
     /// Whether the centre of mass stays over the feet that stand.
     pub statically_stable: bool,
     /// Least distance of the centre of mass from the edge of the feet that stand.
     pub margin_m: f64,
     /// The same on the way into the gait.
     pub first_steps_margin_m: f64,
-    /// Share of the cycle during which a foot stands.
-    pub duty_factor: f64,
-    /// Duration of a cycle.
-    pub period_s: f64,
-    /// How far the body moves forward in a cycle.
-    pub stride_m: f64,
-    /// By how much it turns in a cycle, to walk straight on.
-    pub steering_deg: f64,
-    /// How high feet are lifted.
-    pub lift_m: f64,
-    /// Height of the body's origin over the foot tips.
-    pub body_height_m: f64,
-    /// Where each foot stands in the middle of its stance, body frame.
-    pub stance_m: Vec<[f64; 2]>,
-    /// When the gait repeats itself, after the way into it.
-    pub steady_from_s: f64,
     /// Robots that it was judged on.
     pub robots: usize,
     /// How they walk with the nominal gait.
@@ -90,33 +64,14 @@ pub struct ReportedOutlook {
 impl RecoveryReport {
     /// The report of a recovery.
     pub fn new(diagnosis: &Diagnosis, found: &Recovery, seed: u64, elapsed: Duration) -> Self {
-        let left = diagnosis.most_probable();
-        let plan = &found.plan;
-        let walking = plan.walking();
-        let folded = (0..plan.stance_m.len()).filter(|leg| !walking.contains(leg));
-        let numbers = |legs: &Vec<usize>| legs.iter().map(|leg| leg + 1).collect();
         Self {
             schema: SCHEMA,
-            morphology: left.morphology.clone(),
-            damaged_legs: left.morphology.damaged_legs(),
-            lost_links: left.lost_links,
-            faults: left.faults.clone(),
-            payload: left.payload,
+            gait: ReportedGait::new(diagnosis.most_probable(), &found.plan, &found.gait),
             cases: diagnosis.cases(),
             orders: found.orders,
-            order: plan.order.iter().map(numbers).collect(),
-            folded_legs: folded.map(|leg| leg + 1).collect(),
             statically_stable: found.margin_m > 0.0,
             margin_m: found.margin_m,
             first_steps_margin_m: found.first_steps_margin_m,
-            duty_factor: plan.duty_factor(),
-            period_s: found.gait.period_s,
-            stride_m: plan.advance_m,
-            steering_deg: plan.turn_rad.to_degrees(),
-            lift_m: plan.lift_m,
-            body_height_m: plan.body_height_m,
-            stance_m: plan.stance_m.clone(),
-            steady_from_s: found.gait.steady_from_s(),
             robots: found.after.walks.len(),
             before: ReportedOutlook::new(&found.before),
             after: ReportedOutlook::new(&found.after),

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mlr_model::{Gait, JointTrajectory, Robot};
+use mlr_model::{Gait, JointTrajectory, Robot, RobotParameter};
 use serde_json::Value;
 
 use crate::program::Folder;
@@ -109,4 +109,122 @@ fn what_is_asked_for_must_make_sense() {
     let log = folder.write("walk.csv", "t_s\n");
     fails(&[&log, "--legs-lost", "3"], &["--legs-lost"]);
     assert!(!fs::exists(&gait).unwrap());
+}
+
+/// A robot whose joint zeros nobody knows walks with the gait in a circle, and straight once the gait
+/// is steered by its own log.
+#[test]
+fn a_gait_is_steered_by_how_the_robot_turned() {
+    let folder = Folder::new();
+    let config = folder.write("quick.toml", QUICK);
+    let mut gait = folder.path("gait.toml");
+    let found = folder.succeeds(&[
+        "recover",
+        "--legs-lost",
+        "3",
+        "--config",
+        &config,
+        "-o",
+        &gait,
+        "--json",
+    ]);
+    let mut report = folder.write("recovery.json", &found);
+    let turned = [(0, 0.03), (3, -0.03)];
+    let robot = turned
+        .into_iter()
+        .fold(Robot::jethexa(), |robot, (leg, off_rad)| {
+            robot.with_added(RobotParameter::JointZero { leg, joint: 1 }, off_rad)
+        });
+    let robot = folder.write("robot.toml", robot.written_into(Robot::JETHEXA_TOML).unwrap());
+    let mut turned_deg = Vec::new();
+    for time in 1..=2 {
+        let log = folder.path(&format!("walk-{time}.csv"));
+        let simulate = [
+            "simulate",
+            "--legs-lost",
+            "3",
+            "--robot",
+            &robot,
+            "--gait",
+            &gait,
+            "--walk-s",
+            "20",
+            "-o",
+            &log,
+        ];
+        folder.succeeds(&simulate);
+        let steered = folder.path(&format!("steered-{time}.toml"));
+        let joints = folder.path(&format!("steered-{time}.csv"));
+        let arguments = [
+            "steer", &report, &log, "-o", &steered, "--joints", &joints, "--json",
+        ];
+        let text = folder.succeeds(&arguments);
+        let answer: Value = serde_json::from_str(&text).unwrap();
+        let number = |key: &str| answer[key].as_f64().unwrap();
+        assert_eq!(answer["schema"], "mlr.steering/1");
+        assert!(number("cycles") >= 3.0, "{answer}");
+        let steered_by = number("steering_before_deg") - number("steering_deg");
+        assert!((steered_by - number("turned_deg")).abs() < 1e-9);
+        turned_deg.push(number("turned_deg"));
+        let played =
+            JointTrajectory::from_csv(&fs::read_to_string(&joints).unwrap(), &Robot::jethexa());
+        assert!(played.unwrap().repeat_rows().is_some());
+        // The next log is of the steered gait, which can be steered again.
+        (gait, report) = (
+            steered,
+            folder.write(&format!("steering-{time}.json"), &text),
+        );
+    }
+    let [before, after] = turned_deg[..] else {
+        panic!("{turned_deg:?}");
+    };
+    assert!(before.abs() > 0.2, "{turned_deg:?}");
+    assert!(after.abs() < 0.3 * before.abs(), "{turned_deg:?}");
+}
+
+#[test]
+fn what_a_gait_cannot_be_steered_by_is_refused() {
+    let folder = Folder::new();
+    let config = folder.write("quick.toml", QUICK);
+    let gait = folder.path("gait.toml");
+    let recover = [
+        "recover",
+        "--legs-lost",
+        "3",
+        "--config",
+        &config,
+        "-o",
+        &gait,
+        "--json",
+    ];
+    let found = folder.succeeds(&recover);
+    let report = folder.write("recovery.json", &found);
+    let log = folder.path("short.csv");
+    let short = [
+        "simulate",
+        "--legs-lost",
+        "3",
+        "--gait",
+        &gait,
+        "--walk-s",
+        "5",
+        "-o",
+        &log,
+    ];
+    folder.succeeds(&short);
+    let steered = folder.path("steered.toml");
+    let fails = |report: &str, status: i32, message: &[&str]| {
+        folder.fails(&["steer", report, &log, "-o", &steered], status, message);
+    };
+    // The way into the gait takes longer.
+    fails(&report, 1, &["short.csv", "too short", "one whole cycle"]);
+    let strange = folder.write("strange.json", r#"{"schema": "mlr.probe/1"}"#);
+    fails(&strange, 2, &["strange.json", "mlr.recovery/1"]);
+    let longer = found.replacen("\"duty_factor\":", "\"duty_factor\":1", 1);
+    let longer = folder.write("longer.json", longer);
+    fails(&longer, 2, &["longer.json", "duty_factor", "0 to 1"]);
+    let other = found.replacen("[[1,1,1],", "[", 1);
+    let other = folder.write("other.json", other);
+    fails(&other, 2, &["other.json", "Hiwonder"]);
+    assert!(!fs::exists(&steered).unwrap());
 }

@@ -24,7 +24,7 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
             gait.name
         );
     }
-    let files = options.files()?;
+    let files = options.files.reserve()?;
     let bar = Bar::of_motions();
     let simulation = &identification.simulation;
     let found = calibration_motion(&robot, &gait, simulation, &explanation, settings, &bar);
@@ -42,14 +42,8 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
 /// The report for people.
 fn table(report: &ProbeReport, options: &ProbeOptions) -> String {
     let mut table = output::Table::default();
-    let duration_s = report.duration_s;
-    table.line(
-        "motion",
-        format!("{}, {duration_s:.1} s", options.output.display()),
-    );
-    if let Some(joints) = &options.joints {
-        table.line("joints", joints.display());
-    }
+    let duration = format!(", {:.1} s", report.duration_s);
+    options.files.name("motion", &duration, &mut table);
     table.lines("segments", report.segments.iter().map(segment));
     let left_out = report.left_out.iter();
     let left_out: Vec<String> = left_out

@@ -24,7 +24,7 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
     // The robot stands as a motion of feet has it; all logs may be of other motions.
     let stance = gaits.iter().find(|gait| gait.feet().is_some());
     let stance = stance.cloned().unwrap_or_else(Gait::tripod);
-    let files = options.files()?;
+    let files = options.files.reserve()?;
     let question = match &options.explanation {
         Some(path) => saved_answer(path, |text| OpenQuestion::of_explanation(text, &robot))?,
         None => of_the_logs(
@@ -98,12 +98,8 @@ fn table(report: &DiagnosisReport, options: &ProbeOptions) -> String {
         (true, _) => table.line("motion", "none: nothing to tell apart"),
         (false, true) => table.line("motion", "none that keeps the bounds tells more"),
         (false, false) => {
-            let duration_s = report.duration_s;
-            let file = options.output.display();
-            table.line("motion", format!("{file}, {duration_s:.1} s"));
-            if let Some(joints) = &options.joints {
-                table.line("joints", joints.display());
-            }
+            let duration = format!(", {:.1} s", report.duration_s);
+            options.files.name("motion", &duration, &mut table);
         }
     }
     table.lines("segments", report.segments.iter().map(segment));
