@@ -20,8 +20,10 @@ engine's: an explanation searches with the same effort.
 
 import argparse
 import json
+import os
 from multiprocessing import Pool
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # processes share the cores already; read when numpy is loaded
 import numpy as np
 from scipy.linalg import solve_triangular
 
@@ -255,7 +257,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("walks", nargs="+")
     parser.add_argument("-o", "--output", required=True)
-    parser.add_argument("--sweeps", type=int, default=24)
+    parser.add_argument("--sweeps", type=int, default=14)
     parser.add_argument("--power", type=float, default=0.2)
     parser.add_argument("--without-scatter", action="store_true", help="as if single walks did not scatter, to compare")
     parser.add_argument("--without-impacts", action="store_true", help="as if it were known how impacts are resolved, to compare")

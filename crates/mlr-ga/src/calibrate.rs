@@ -156,11 +156,22 @@ pub fn calibrate(
         };
         let model = Model::new(&known, walk.gait);
         let record = |longest_s: f64| {
-            let record = walk_record_up_to(longest_s, walk.recording, model, &of_the_stretch);
+            let record = walk_record_up_to(
+                longest_s,
+                walk.recording,
+                model,
+                &of_the_stretch,
+                &explanation.nuisance,
+            );
             record.map_err(|error| at(error.into()))
         };
         let simulation = identify_settings.simulation.clone();
-        let nominal = WalkModel::nominal(known.clone(), walk.gait.clone(), simulation);
+        let nominal = WalkModel::of_make(
+            known.clone(),
+            walk.gait.clone(),
+            simulation,
+            &explanation.nuisance,
+        );
         if check {
             let found = identify(walk.recording, model, &of_the_stretch, &PartOf(progress));
             let found = found.map_err(|error| at(error.into()))?;

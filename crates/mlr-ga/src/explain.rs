@@ -180,10 +180,11 @@ pub fn explain_after(
         (None, Some(found_s)) => record_from(found_s)?,
         _ => record,
     };
-    let nominal = WalkModel::nominal(
+    let nominal = WalkModel::of_make(
         model.robot.clone(),
         gait.clone(),
         identify_settings.simulation.clone(),
+        &explanation.nuisance,
     );
     let suspects = suspects(&identification, identify_settings);
     let ln_prior =
@@ -207,7 +208,7 @@ pub fn explain_after(
     })
 }
 
-/// The walk of a recording as explanations see it: for learning what the model gets wrong.
+/// The walk of a recording of a robot of this make as explanations see it: for learning what the model gets wrong.
 ///
 /// # Errors
 /// [`ExplainError`] where there is no walk or its start is not known.
@@ -215,8 +216,10 @@ pub fn walk_record(
     recording: &Recording,
     model: Model<'_>,
     settings: &IdentifySettings,
+    nuisance: &NuisanceSettings,
 ) -> Result<WalkRecord, ExplainError> {
-    walk_record_up_to(WalkRecord::LONGEST_WALK_S, recording, model, settings)
+    let longest_s = WalkRecord::LONGEST_WALK_S;
+    walk_record_up_to(longest_s, recording, model, settings, nuisance)
 }
 
 /// The same where so much of the walk is looked at.
@@ -225,10 +228,10 @@ pub(crate) fn walk_record_up_to(
     recording: &Recording,
     model: Model<'_>,
     settings: &IdentifySettings,
+    nuisance: &NuisanceSettings,
 ) -> Result<WalkRecord, ExplainError> {
     let measured = MeasuredWalk::new(recording, model.gait, settings)?;
-    let nuisance = NuisanceSettings::default();
-    let start_s = virtual_start_s(&measured, model, &nuisance).ok_or(ExplainError::NoStart)?;
+    let start_s = virtual_start_s(&measured, model, nuisance).ok_or(ExplainError::NoStart)?;
     let raw = recording.raw_beside_angles();
     record(longest_s, start_s, &measured, raw, settings)
 }

@@ -73,7 +73,8 @@ pub fn recovery_gait(
         let share = first + GOLDEN_RATIO * index as f64;
         let case = of.diagnosis.at(share - share.floor());
         let simulation = case.simulated(of.simulation);
-        let nominal = WalkModel::nominal(of.robot.clone(), of.gait.clone(), simulation);
+        let nominal =
+            WalkModel::of_make(of.robot.clone(), of.gait.clone(), simulation, of.nuisance);
         let drawn = nominal.drawn(&case.morphology, of.nuisance, &mut generator)?;
         let robot = drawn.robot.with_servo(drawn.servo);
         robots.push(PossibleRobot {

@@ -2,7 +2,7 @@
 
 use std::{
     collections::VecDeque,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use crate::{Gait, JointCommands, Leg, ModelError, Robot};
@@ -40,16 +40,15 @@ impl CommandCache {
         gait: &Gait,
         duration_s: f64,
     ) -> Result<Arc<JointCommands>, ModelError> {
-        let lock = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let kept = lock();
-        let found = kept.iter().find(|kept| kept.serve(robot, gait, duration_s));
-        if let Some(found) = found {
-            return Ok(Arc::clone(&found.commands));
+        if let Some(found) = Self::found(&self.lock(), robot, gait, duration_s) {
+            return Ok(found);
         }
-        // Others go on meanwhile.
-        drop(kept);
+        // Others go on meanwhile, and may have made the same before this is done.
         let commands = Arc::new(JointCommands::new(robot, gait, duration_s)?);
-        let mut kept = lock();
+        let mut kept = self.lock();
+        if let Some(found) = Self::found(&kept, robot, gait, duration_s) {
+            return Ok(found);
+        }
         kept.push_front(Kept {
             robot: robot.clone(),
             gait: gait.clone(),
@@ -58,6 +57,20 @@ impl CommandCache {
         });
         kept.truncate(MOST_KEPT);
         Ok(commands)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, VecDeque<Kept>> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn found(
+        kept: &VecDeque<Kept>,
+        robot: &Robot,
+        gait: &Gait,
+        duration_s: f64,
+    ) -> Option<Arc<JointCommands>> {
+        let found = kept.iter().find(|kept| kept.serve(robot, gait, duration_s));
+        found.map(|found| Arc::clone(&found.commands))
     }
 }
 

@@ -122,13 +122,18 @@ fn calibrated(
         from_s: Some(start_s),
         ..identify
     };
-    let record = walk_record(&recording, Model::new(robot, gait), &from_the_start)?;
+    let record = walk_record(
+        &recording,
+        Model::new(robot, gait),
+        &from_the_start,
+        &settings.nuisance,
+    )?;
     let lost_links = match truth.locked {
         true => LostLinks::Locked,
         false => LostLinks::Absent,
     };
     let simulation = from_the_start.simulation;
-    let nominal = WalkModel::nominal(robot.clone(), gait.clone(), simulation);
+    let nominal = WalkModel::of_make(robot.clone(), gait.clone(), simulation, &settings.nuisance);
     let morphology = &truth.log.morphology;
     let effects = truth.effects.iter().filter(|one| one.kind != LOCKED_LINKS);
     let known = KnownRobot {

@@ -135,7 +135,10 @@ fn a_gait_is_steered_by_how_the_robot_turned() {
         .fold(Robot::jethexa(), |robot, (leg, off_rad)| {
             robot.with_added(RobotParameter::JointZero { leg, joint: 1 }, off_rad)
         });
-    let robot = folder.write("robot.toml", robot.written_into(Robot::JETHEXA_TOML).unwrap());
+    let robot = folder.write(
+        "robot.toml",
+        robot.written_into(Robot::JETHEXA_TOML).unwrap(),
+    );
     let mut turned_deg = Vec::new();
     for time in 1..=2 {
         let log = folder.path(&format!("walk-{time}.csv"));

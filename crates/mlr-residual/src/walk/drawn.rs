@@ -50,8 +50,9 @@ mod tests {
     fn drawn_robots_spread_as_their_make_does() {
         let robot = Robot::jethexa();
         let legs_lost = Morphology::parse_legs_lost("3", &robot.layout()).unwrap();
-        let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
         let settings = NuisanceSettings::default();
+        let simulation = SimulationSettings::default();
+        let nominal = WalkModel::of_make(robot, Gait::tripod(), simulation, &settings);
         let mut generator = ChaCha8Rng::seed_from_u64(3);
         let drawn: Vec<WalkModel> = (0..400)
             .map(|_| {
@@ -68,6 +69,9 @@ mod tests {
             (model.servo.stiffness_nm_per_rad / nominal.servo.stiffness_nm_per_rad).ln()
         });
         assert!((stiffness / settings.ln_stiffness - 1.0).abs() < 0.12);
+        let play =
+            deviation(&|model| (model.servo.drive.backlash_rad / settings.backlash_rad).ln());
+        assert!((play / settings.ln_backlash - 1.0).abs() < 0.12);
         let forward = deviation(&|model| model.robot.body().center_of_mass_m.x);
         assert!((forward / settings.center_of_mass_m - 1.0).abs() < 0.12);
         // A zero for every joint that is there, and none for those that are lost.
@@ -82,5 +86,20 @@ mod tests {
             assert_eq!(legs.len(), 15);
             assert!(!legs.contains(&3));
         }
+    }
+
+    #[test]
+    fn play_is_that_of_the_make_where_the_description_has_none() {
+        let settings = NuisanceSettings::default();
+        let play_rad = |described_rad: f64| {
+            let mut servo = *Robot::jethexa().servo();
+            servo.drive.backlash_rad = described_rad;
+            let robot = Robot::jethexa().with_servo(servo).unwrap();
+            let simulation = SimulationSettings::default();
+            let model = WalkModel::of_make(robot, Gait::tripod(), simulation, &settings);
+            model.servo.drive.backlash_rad
+        };
+        assert_eq!(play_rad(0.0), settings.backlash_rad);
+        assert_eq!(play_rad(0.012), 0.012);
     }
 }

@@ -209,7 +209,12 @@ impl<'a> Ensemble<'a> {
     }
 
     fn nominal(&self, gait: &Gait) -> WalkModel {
-        WalkModel::nominal(self.robot.clone(), gait.clone(), self.simulation.clone())
+        WalkModel::of_make(
+            self.robot.clone(),
+            gait.clone(),
+            self.simulation.clone(),
+            &self.settings.nuisance,
+        )
     }
 }
 

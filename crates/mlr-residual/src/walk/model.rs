@@ -6,7 +6,7 @@ use mlr_model::{
     Simulator, Trajectory,
 };
 
-use super::{Sensing, WalkRecord};
+use super::{NuisanceSettings, Sensing, WalkRecord};
 
 /// How long a robot is recorded standing before it walks: what comes before is the
 /// same.
@@ -48,6 +48,19 @@ impl WalkModel {
             simulation,
             commands: CommandCache::default(),
         }
+    }
+
+    /// The same with the play that the gears of every robot of its make have.
+    pub fn of_make(
+        robot: Robot,
+        gait: Gait,
+        simulation: SimulationSettings,
+        settings: &NuisanceSettings,
+    ) -> Self {
+        let mut model = Self::nominal(robot, gait, simulation);
+        let play_rad = &mut model.servo.drive.backlash_rad;
+        *play_rad = settings.usual_backlash_rad(*play_rad);
+        model
     }
 
     /// The body's orientation over the time since the start of the walk, long enough for

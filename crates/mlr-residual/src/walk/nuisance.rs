@@ -34,6 +34,11 @@ pub struct NuisanceSettings {
     pub day_ln_stiffness: f64,
     /// Logarithm of their damping.
     pub ln_damping: f64,
+    /// Play of the gears of a robot whose description has none: new servos have a quarter to half a
+    /// degree.
+    pub backlash_rad: f64,
+    /// Logarithm of the play of the gears.
+    pub ln_backlash: f64,
     /// Logarithm of the ground's friction.
     pub ln_friction: f64,
     /// Logarithm of the natural frequency of a contact.
@@ -59,6 +64,8 @@ impl Default for NuisanceSettings {
             ln_stiffness: 0.12,
             day_ln_stiffness: 0.04,
             ln_damping: 0.2,
+            backlash_rad: 0.005,
+            ln_backlash: 0.6,
             ln_friction: 0.12,
             ln_contact_frequency: 0.3,
             ln_body_mass: 0.02,
@@ -84,6 +91,14 @@ impl NuisanceSettings {
         }
     }
 
+    /// The play of the gears of a robot as described, or as its make has it.
+    pub(crate) fn usual_backlash_rad(&self, described_rad: f64) -> f64 {
+        match described_rad > 0.0 {
+            true => described_rad,
+            false => self.backlash_rad,
+        }
+    }
+
     /// Checks every number. A deviation of zero says that robots do not differ by this.
     ///
     /// # Errors
@@ -100,6 +115,8 @@ impl NuisanceSettings {
             ("ln_stiffness", self.ln_stiffness, 5.0, ""),
             ("day_ln_stiffness", self.day_ln_stiffness, 5.0, ""),
             ("ln_damping", self.ln_damping, 5.0, ""),
+            ("backlash_rad", self.backlash_rad, 1.0, "rad"),
+            ("ln_backlash", self.ln_backlash, 5.0, ""),
             ("ln_friction", self.ln_friction, 5.0, ""),
             ("ln_contact_frequency", self.ln_contact_frequency, 5.0, ""),
             ("ln_body_mass", self.ln_body_mass, 5.0, ""),
@@ -131,6 +148,8 @@ pub enum Nuisance {
     Stiffness,
     /// Damping of the servos.
     Damping,
+    /// Play of their gears.
+    Backlash,
     /// Friction of the ground.
     Friction,
     /// Natural frequency of a contact.
@@ -159,9 +178,10 @@ impl Nuisance {
         Self::Scale,
     ];
     /// Those of the body as a whole.
-    const OF_BODY: [Self; 8] = [
+    const OF_BODY: [Self; 9] = [
         Self::Stiffness,
         Self::Damping,
+        Self::Backlash,
         Self::Friction,
         Self::ContactFrequency,
         Self::BodyMass,
@@ -196,6 +216,7 @@ impl Nuisance {
             Self::Scale => "scale".into(),
             Self::Stiffness => "stiffness".into(),
             Self::Damping => "damping".into(),
+            Self::Backlash => "backlash".into(),
             Self::Friction => "friction".into(),
             Self::ContactFrequency => "contact_frequency".into(),
             Self::BodyMass => "body_mass".into(),
@@ -223,6 +244,7 @@ impl Nuisance {
             Self::Start
             | Self::Level(_)
             | Self::Bias(_)
+            | Self::Backlash
             | Self::Friction
             | Self::ContactFrequency => return None,
         })
@@ -235,6 +257,7 @@ impl Nuisance {
             Self::Start => settings.start_s,
             Self::Level(_) => settings.level_deg,
             Self::Bias(_) => settings.bias_dps,
+            Self::Backlash => settings.ln_backlash,
             Self::Friction => settings.ln_friction,
             Self::ContactFrequency => settings.ln_contact_frequency,
             _ => self.parameter().map_or(0.0, |own| settings.of_make(own)),
@@ -271,6 +294,7 @@ impl Nuisance {
             Self::Scale => ratio(|model| model.sensing.scale),
             Self::Stiffness => ratio(|model| model.servo.stiffness_nm_per_rad),
             Self::Damping => ratio(|model| model.servo.damping_nm_s_per_rad),
+            Self::Backlash => ratio(|model| model.servo.drive.backlash_rad),
             Self::Friction => ratio(|model| model.simulation.contact.friction),
             Self::ContactFrequency => ratio(|model| model.simulation.contact.natural_frequency_hz),
             Self::BodyMass | Self::CenterOfMass(_) => self.parameter().map_or(0.0, |parameter| {
@@ -320,6 +344,7 @@ impl Nuisance {
             Self::Scale => sensing.scale *= by.exp(),
             Self::Stiffness => model.servo.stiffness_nm_per_rad *= by.exp(),
             Self::Damping => model.servo.damping_nm_s_per_rad *= by.exp(),
+            Self::Backlash => model.servo.drive.backlash_rad *= by.exp(),
             Self::Friction => model.simulation.contact.friction *= by.exp(),
             Self::ContactFrequency => {
                 model.simulation.contact.natural_frequency_hz *= by.exp();

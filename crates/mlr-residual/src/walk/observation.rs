@@ -192,14 +192,12 @@ impl<'a> Observation<'a> {
     /// is not positive definite.
     pub(crate) fn whitening(&self, spread: Spread, compared: Compared<'_>) -> Option<Whitening> {
         let covariance = |axis| self.correlations.covariance(axis, spread, compared);
-        let whitening = Whitening {
-            factors: [0, 1, 2].map(|_| DMatrix::zeros(0, 0)),
-            rest_rate_dps: self.rest_rate_dps,
-            ln_determinant: 0.0,
-            scales: self.correlations.scales(spread),
-            power: self.power,
-        };
-        whitening.with_covariances([0, 1, 2].map(covariance))
+        Whitening::new(
+            [0, 1, 2].map(covariance),
+            self.rest_rate_dps,
+            self.correlations.scales(spread),
+            self.power,
+        )
     }
 
     /// For the same errors where something unknown acts: in each way that it may.
@@ -210,16 +208,26 @@ impl<'a> Observation<'a> {
                 Some(added) => &known[axis] + added,
                 None => known[axis].clone(),
             };
-            usual.clone().with_covariances([0, 1, 2].map(covariance))
+            Whitening::new(
+                [0, 1, 2].map(covariance),
+                usual.rest_rate_dps,
+                usual.scales.clone(),
+                usual.power,
+            )
         });
         ways.collect()
     }
 }
 
 impl Whitening {
-    /// The same for errors with these covariances on the axes; `None` where one is not positive definite.
-    fn with_covariances(self, covariances: [DMatrix<f64>; 3]) -> Option<Self> {
-        let mut ln_determinant = 6.0 * self.rest_rate_dps.ln();
+    /// For errors with these covariances of roll, pitch and yaw; `None` where one is not positive definite.
+    fn new(
+        covariances: [DMatrix<f64>; 3],
+        rest_rate_dps: f64,
+        scales: [Vec<(f64, f64)>; GROUPS],
+        power: f64,
+    ) -> Option<Self> {
+        let mut ln_determinant = 6.0 * rest_rate_dps.ln();
         let mut factor = |covariance: DMatrix<f64>| -> Option<DMatrix<f64>> {
             let factor = Cholesky::<f64, Dyn>::new(covariance)?.unpack();
             ln_determinant += 2.0 * factor.diagonal().map(f64::ln).sum();
@@ -228,8 +236,10 @@ impl Whitening {
         let [roll, pitch, yaw] = covariances;
         Some(Self {
             factors: [factor(roll)?, factor(pitch)?, factor(yaw)?],
+            rest_rate_dps,
             ln_determinant,
-            ..self
+            scales,
+            power,
         })
     }
 

@@ -3,14 +3,14 @@ use std::collections::BTreeMap;
 use super::{EffectParameter, Place, WalkEffect, effect::named};
 use crate::{
     Prior,
-    walk::{WalkModel, WalkRecord},
+    walk::{Nuisance, WalkModel, WalkRecord},
 };
 
 /// The gears of all servos have play: each joint is free over an angle about where its motor holds it.
 ///
-/// - `angle_rad`: the whole angle, beyond the described one.
-/// - Prior: 0.02 ± 0.013 rad: new servos have a quarter to half a degree, worn ones a degree or two.
-///   Assumed.
+/// - `angle_rad`: the whole angle, beyond what robots of the make have.
+/// - Prior: 0.02 ± 0.013 rad: worn servos have a degree or two, where new ones have a quarter to half
+///   a degree. Assumed.
 /// - Bounds: 0 to 0.15 rad.
 #[derive(Debug)]
 pub(super) struct Backlash;
@@ -34,6 +34,10 @@ impl WalkEffect for Backlash {
                 .bounds(0.0, 0.15)
                 .neutral(0.0),
         ]
+    }
+
+    fn replaces(&self, _: Place) -> Vec<Nuisance> {
+        vec![Nuisance::Backlash]
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {

@@ -144,9 +144,19 @@ impl Round<'_> {
     fn ln_evidence(&self, stretch: &WalkStretch, robot: &Robot) -> Result<f64, LearnError> {
         let identification = self.identification_of(stretch);
         let model = Model::new(robot, self.gait);
-        let record = walk_record(&stretch.recording, model, &identification)?;
+        let record = walk_record(
+            &stretch.recording,
+            model,
+            &identification,
+            &self.explanation.nuisance,
+        )?;
         let simulation = identification.simulation.clone();
-        let model = WalkModel::nominal(robot.clone(), self.gait.clone(), simulation);
+        let model = WalkModel::of_make(
+            robot.clone(),
+            self.gait.clone(),
+            simulation,
+            &self.explanation.nuisance,
+        );
         let known = KnownRobot {
             morphology: &Morphology::healthy(&robot.layout()),
             lost_links: LostLinks::Absent,
