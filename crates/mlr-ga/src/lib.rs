@@ -106,9 +106,9 @@ pub use probe::{
     Segment, calibration_motion,
 };
 pub use recover::{
-    GaitJsonError, GaitThatWalked, NoRecovery, RecoveryOf, RecoveryReport, ReportedGait,
-    ReportedOutlook, SteerError, Steering, SteeringReport, diagnosis_of_explanation,
-    diagnosis_of_identification, diagnosis_of_json, gait_of_json, recovery_gait, steer,
+    GaitJsonError, NoRecovery, RecoveryOf, RecoveryReport, ReportedGait, ReportedOutlook,
+    SteerError, Steering, SteeringReport, diagnosis_of_explanation, diagnosis_of_identification,
+    diagnosis_of_json, gait_of_json, recovery_gait, steer,
 };
 pub use robot_check::{RobotCheck, UnfitRobot, check_robot, stance_center_m, stance_joints_m};
 pub use shard::{Shard, ShardError};

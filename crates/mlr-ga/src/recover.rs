@@ -7,9 +7,7 @@ mod steering;
 
 pub use report::{RecoveryReport, ReportedOutlook};
 pub use reported_gait::ReportedGait;
-pub use steering::{
-    GaitJsonError, GaitThatWalked, SteerError, Steering, SteeringReport, gait_of_json, steer,
-};
+pub use steering::{GaitJsonError, SteerError, Steering, SteeringReport, gait_of_json, steer};
 
 pub use diagnoses::{diagnosis_of_explanation, diagnosis_of_identification, diagnosis_of_json};
 

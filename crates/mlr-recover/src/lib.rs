@@ -10,7 +10,7 @@
 //!    step to their places one after the other.
 //!
 //! A robot that has walked with such a gait turns by what the model does not know of it.
-//! [`Walked::steered`] makes the same gait turn as far the other way.
+//! [`WalkedPlan::steered`] makes the same gait turn as far the other way.
 
 mod criterion;
 mod diagnosis;
@@ -38,7 +38,7 @@ pub use possible_robot::PossibleRobot;
 pub use recovery::{Outlook, RecoverError, Recovery, Task, recover};
 pub use rows::NotFollowed;
 pub use settings::RecoverSettings;
-pub use steering::{Steered, Walked};
+pub use steering::{Steered, WalkedPlan};
 pub use support::margin_m;
 pub use swing_order::{SwingOrder, swing_orders};
 pub use walking::Walking;

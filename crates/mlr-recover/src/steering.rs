@@ -7,9 +7,9 @@ use crate::{
     rows::Joints, whole_gait::WholeGait,
 };
 
-/// What a recovery gait was made of.
+/// The plan of a recovery gait that a robot walked.
 #[derive(Debug, Clone, Copy)]
-pub struct Walked<'a> {
+pub struct WalkedPlan<'a> {
     /// The robot in full health, as it is described.
     pub robot: &'a Robot,
     /// Its nominal gait, from whose stance the gait begins.
@@ -33,7 +33,7 @@ pub struct Steered {
     pub first_steps_margin_m: f64,
 }
 
-impl Walked<'_> {
+impl WalkedPlan<'_> {
     /// The same gait for a robot that turned by `turned_rad` to the left in a cycle of it.
     ///
     /// # Errors

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use mlr_ga::{
-    Configuration, DetectionSettings, GaitThatWalked, SteeringReport, gait_of_json, steer,
-};
+use mlr_ga::{Configuration, DetectionSettings, Model, SteeringReport, gait_of_json, steer};
 use mlr_model::Robot;
 
 use super::{
@@ -51,13 +49,9 @@ pub(super) fn run(options: &SteerOptions) -> anyhow::Result<()> {
     let files = options.files.reserve()?;
     let gait = saved_answer(&options.recovery, |text| gait_of_json(text, &robot))?;
     let recording = options.read.recording(&options.log)?.mounted(&mounting)?;
-    let walked = GaitThatWalked {
-        robot: &robot,
-        nominal: &nominal,
-        gait: &gait,
-    };
+    let model = Model::new(&robot, &nominal);
     let detection = DetectionSettings::from(&identification);
-    let found = steer(&recording, walked, &detection, &recovery).map_err(|error| {
+    let found = steer(&recording, &gait, model, &detection, &recovery).map_err(|error| {
         let of_the_log = error.is_recordings_fault();
         blame_if(of_the_log, &options.log, error.into())
     })?;

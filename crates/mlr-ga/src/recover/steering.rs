@@ -2,14 +2,16 @@
 
 use mlr_filter::{MotionStart, NoTurning, SettingError, SteadyWalk, Turning};
 use mlr_imu::{Recording, quality::LogQuality};
-use mlr_model::{Gait, Robot};
-use mlr_recover::{RecoverError, RecoverSettings, Steered, Walked};
+use mlr_model::Robot;
+use mlr_recover::{RecoverError, RecoverSettings, Steered, WalkedPlan};
 use serde::Serialize;
 use serde_json::Value;
 use thiserror::Error;
 
 use super::{ReportedGait, report};
-use crate::{AnswerError, AnswerJsonError, DetectionSettings, recording::repair_time_stamps};
+use crate::{
+    AnswerError, AnswerJsonError, DetectionSettings, Model, recording::repair_time_stamps,
+};
 
 /// Version of the JSON form.
 const SCHEMA: &str = "mlr.steering/1";
@@ -79,17 +81,6 @@ pub fn gait_of_json(text: &str, robot: &Robot) -> Result<ReportedGait, GaitJsonE
     Ok(gait)
 }
 
-/// A gait that walked.
-#[derive(Debug, Clone, Copy)]
-pub struct GaitThatWalked<'a> {
-    /// The robot in full health.
-    pub robot: &'a Robot,
-    /// Its nominal gait.
-    pub nominal: &'a Gait,
-    /// The gait that it walked.
-    pub gait: &'a ReportedGait,
-}
-
 /// How a robot turned, and the gait that makes up for it.
 #[derive(Debug, Clone)]
 pub struct Steering {
@@ -101,13 +92,15 @@ pub struct Steering {
     pub warnings: Vec<String>,
 }
 
-/// Steers a recovery gait by a recording of the robot that walked with it.
+/// Steers a recovery gait by a recording of the robot that walked with it. The model is that of the robot
+/// in full health with its nominal gait.
 ///
 /// # Errors
 /// [`SteerError`].
 pub fn steer(
     recording: &Recording,
-    walked: GaitThatWalked<'_>,
+    gait: &ReportedGait,
+    model: Model<'_>,
     detection: &DetectionSettings,
     settings: &RecoverSettings,
 ) -> Result<Steering, SteerError> {
@@ -123,14 +116,14 @@ pub fn steer(
     warnings.extend(quality.warnings());
     let steady = SteadyWalk {
         start,
-        steady_from_s: walked.gait.steady_from_s,
-        cycle_s: walked.gait.period_s,
+        steady_from_s: gait.steady_from_s,
+        cycle_s: gait.period_s,
     };
     let turning = Turning::of(&recording.orientation, steady, &detection.motion)?;
-    let (left, plan) = (walked.gait.left(), walked.gait.plan());
-    let of = Walked {
-        robot: walked.robot,
-        nominal: walked.nominal,
+    let (left, plan) = (gait.left(), gait.plan());
+    let of = WalkedPlan {
+        robot: model.robot,
+        nominal: model.gait,
         left: &left,
         plan: &plan,
     };

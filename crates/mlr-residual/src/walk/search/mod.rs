@@ -244,10 +244,11 @@ impl<'a> Search<'a, '_> {
     }
 }
 
-/// What a hypothesis beside these has to promise not to be hopeless.
+/// What a hypothesis beside these has to promise not to be hopeless. That something unknown makes one of them
+/// likelier says nothing against the others, with which it may be as well.
 fn least_ln_promise(judged: &[Judged<'_>]) -> f64 {
-    let promises = judged.iter().map(|one| one.ln_promise);
-    promises.fold(f64::NEG_INFINITY, f64::max) - HOPELESS
+    let weights = judged.iter().map(|one| one.ln_weight);
+    weights.fold(f64::NEG_INFINITY, f64::max) - HOPELESS
 }
 
 fn sort_judged(judged: &mut [Judged<'_>]) {
