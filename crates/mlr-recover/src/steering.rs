@@ -33,6 +33,10 @@ pub struct Steered {
     pub first_steps_margin_m: f64,
 }
 
+/// Joints may turn so much further than in a gait that is searched, which often uses all that it may: a little
+/// more keeps far from what a servo can.
+const FURTHER: f64 = 1.1;
+
 impl WalkedPlan<'_> {
     /// The same gait for a robot that turned by `turned_rad` to the left in a cycle of it.
     ///
@@ -48,7 +52,7 @@ impl WalkedPlan<'_> {
         let joints = Joints {
             robot: self.robot,
             left: self.left,
-            most_turn_rad: settings.most_turn_deg.to_radians(),
+            most_turn_rad: FURTHER * settings.most_turn_deg.to_radians(),
         };
         let stance = NominalStance::of(self.robot, self.nominal)?;
         let plan = joints.slowed(GaitPlan {
