@@ -163,12 +163,18 @@ impl AnswerJson {
     }
 }
 
+/// What a command printed with --json, or what an event of the daemon carries of it.
+pub(crate) fn printed_object(text: &str) -> serde_json::Result<Value> {
+    let mut value: Value = serde_json::from_str(text)?;
+    Ok(match value.get_mut("result") {
+        Some(result) => result.take(),
+        None => value,
+    })
+}
+
 /// An answer about this robot, and to which question.
 fn checked(text: &str, robot: &Robot) -> Result<(Question, Value), AnswerJsonError> {
-    let mut value: Value = serde_json::from_str(text)?;
-    if let Some(result) = value.get_mut("result") {
-        value = result.take();
-    }
+    let value = printed_object(text)?;
     let question = match &value["schema"] {
         Value::String(schema) if schema == "mlr.identification/1" => Question::Identification,
         Value::String(schema) if schema == "mlr.explanation/1" => Question::Explanation,

@@ -10,7 +10,8 @@ use thiserror::Error;
 
 use super::{ReportedGait, report};
 use crate::{
-    AnswerError, AnswerJsonError, DetectionSettings, Model, recording::repair_time_stamps,
+    AnswerError, AnswerJsonError, DetectionSettings, Model, answer_json::printed_object,
+    recording::repair_time_stamps,
 };
 
 /// Version of the JSON form.
@@ -66,10 +67,7 @@ pub enum GaitJsonError {
 /// # Errors
 /// [`GaitJsonError`] when the text is no such report, or of another robot.
 pub fn gait_of_json(text: &str, robot: &Robot) -> Result<ReportedGait, GaitJsonError> {
-    let mut value: Value = serde_json::from_str(text)?;
-    if let Some(result) = value.get_mut("result") {
-        value = result.take();
-    }
+    let value = printed_object(text)?;
     match &value["schema"] {
         Value::String(schema) if [report::SCHEMA, SCHEMA].contains(&schema.as_str()) => {}
         Value::Null => return Err(GaitJsonError::Schema("nothing".into())),

@@ -111,14 +111,11 @@ fn what_is_asked_for_must_make_sense() {
     assert!(!fs::exists(&gait).unwrap());
 }
 
-/// A robot whose joint zeros nobody knows walks with the gait in a circle, and straight once the gait
-/// is steered by its own log.
-#[test]
-fn a_gait_is_steered_by_how_the_robot_turned() {
-    let folder = Folder::new();
+/// The file of a gait for a robot without leg 3, and what was printed of it.
+fn found_without_leg_3(folder: &Folder) -> (String, String) {
     let config = folder.write("quick.toml", QUICK);
-    let mut gait = folder.path("gait.toml");
-    let found = folder.succeeds(&[
+    let gait = folder.path("gait.toml");
+    let arguments = [
         "recover",
         "--legs-lost",
         "3",
@@ -127,7 +124,17 @@ fn a_gait_is_steered_by_how_the_robot_turned() {
         "-o",
         &gait,
         "--json",
-    ]);
+    ];
+    let printed = folder.succeeds(&arguments);
+    (gait, printed)
+}
+
+/// A robot whose joint zeros nobody knows walks with the gait in a circle, and straight once the gait
+/// is steered by its own log.
+#[test]
+fn a_gait_is_steered_by_how_the_robot_turned() {
+    let folder = Folder::new();
+    let (mut gait, found) = found_without_leg_3(&folder);
     let mut report = folder.write("recovery.json", &found);
     let turned = [(0, 0.03), (3, -0.03)];
     let robot = turned
@@ -188,19 +195,7 @@ fn a_gait_is_steered_by_how_the_robot_turned() {
 #[test]
 fn what_a_gait_cannot_be_steered_by_is_refused() {
     let folder = Folder::new();
-    let config = folder.write("quick.toml", QUICK);
-    let gait = folder.path("gait.toml");
-    let recover = [
-        "recover",
-        "--legs-lost",
-        "3",
-        "--config",
-        &config,
-        "-o",
-        &gait,
-        "--json",
-    ];
-    let found = folder.succeeds(&recover);
+    let (gait, found) = found_without_leg_3(&folder);
     let report = folder.write("recovery.json", &found);
     let log = folder.path("short.csv");
     let short = [
