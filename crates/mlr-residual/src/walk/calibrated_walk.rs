@@ -131,12 +131,12 @@ impl CalibratedWalk {
             Simulated::Once => (single, None),
             Simulated::Mean => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
-                let walks = base.mean_walks([(&walker, &single)], &of_means);
-                let mut averaged = walks.averaged();
-                let Some(fit) = averaged.fits.pop().flatten() else {
+                let mut walks = base.mean_walks(&of_means);
+                walks.average([(&walker, &single)]);
+                let Some(fit) = walks.fits().next().flatten() else {
                     return Ok(None);
                 };
-                (fit, averaged.scatter)
+                (fit.clone(), walks.scattered())
             }
         };
         Ok(Some(Self::of(

@@ -49,136 +49,149 @@ const APART: f64 = 3.0;
 /// fitted by such means of summaries since Wood (2010), "Statistical inference for noisy nonlinear
 /// ecological dynamic systems".
 pub(crate) struct MeanWalks<'w, 'a> {
-    hypotheses: Vec<Sampled<'w, 'a>>,
+    hypotheses: Vec<Sampled<'a>>,
+    /// Of each hypothesis.
+    walks: Vec<Walks>,
     of_means: &'w Observation<'w>,
     spread: Spread,
     /// For errors of single walks at first, then for those of the mean of all walks so far.
     whitening: Whitening,
     /// Change of the prediction per unit of each of the robot's own coordinates, as known before.
-    known: &'w DMatrix<f64>,
+    known: DMatrix<f64>,
     /// Every hypothesis takes its draws from the same: what differs is the hypothesis.
     generator: ChaCha8Rng,
 }
 
-/// What means of walks say of the hypotheses on a robot.
-pub(crate) struct Averaged {
-    /// In their order; `None` of a hypothesis most of whose neighbours do not walk.
-    pub(crate) fits: Vec<Option<Fit>>,
-    /// For errors of the means.
-    pub(crate) whitening: Whitening,
-    pub(crate) scatter: Option<Scatter>,
-}
-
 /// A hypothesis with its most probable parameters by the walks so far; `None` when most of them do not walk.
-struct Sampled<'w, 'a> {
-    walker: &'w Walker<'a>,
+struct Sampled<'a> {
+    walker: Walker<'a>,
     fit: Option<Fit>,
     /// Takes out of coordinates those of the robot that an effect replaces.
     counting: DMatrix<f64>,
 }
 
 impl<'w, 'a> MeanWalks<'w, 'a> {
-    /// Of these hypotheses about their fits to single walks, whose errors `whitening` is for; `known` has the
-    /// sensitivities of the robot's own coordinates, by which robots of one make spread so far.
+    /// Of no hypothesis yet. `whitening` is for errors of single walks; `known` has the sensitivities of the
+    /// robot's own coordinates, by which robots of one make spread so far.
     pub(crate) fn new(
-        fitted: impl IntoIterator<Item = (&'w Walker<'a>, &'w Fit)>,
-        known: &'w DMatrix<f64>,
+        known: DMatrix<f64>,
         spread: Spread,
-        whitening: &Whitening,
+        whitening: Whitening,
         of_means: &'w Observation<'w>,
         generator: ChaCha8Rng,
     ) -> Self {
-        let own = known.ncols();
-        let hypotheses = fitted.into_iter().map(|(walker, fit)| {
-            let mut jacobian = fit.jacobian.clone();
-            jacobian.columns_mut(0, own).copy_from(known);
-            let jacobian = walker.without_replaced(jacobian);
-            let p = walker.dimension();
-            Sampled {
-                walker,
-                fit: Some(walker.integrated(fit.walked.clone(), jacobian, whitening)),
-                counting: walker.without_replaced(DMatrix::identity(p, p)),
-            }
-        });
         Self {
-            hypotheses: hypotheses.collect(),
+            hypotheses: Vec::new(),
+            walks: Vec::new(),
             of_means,
             spread,
-            whitening: whitening.clone(),
+            whitening,
             known,
             generator,
         }
     }
 
-    /// How walks of the hypotheses scatter about their means; `None` where they do not walk.
-    pub(crate) fn scatter(self) -> Option<Scatter> {
-        let mut walks = self.without_walks();
-        for (one, walks) in self.hypotheses.iter().zip(&mut walks) {
-            walks.draws = self.drawn(one, 0, SCATTERED)?;
+    /// How walks of one hypothesis scatter about their mean; `None` where they do not walk.
+    pub(crate) fn scatter(mut self, walker: &Walker<'a>, fit: &Fit) -> Option<Scatter> {
+        self.add(walker, fit);
+        let each = self.hypotheses.iter().zip(&mut self.walks);
+        for (one, walks) in each {
+            walks.draws = one.drawn(&self.generator, &self.whitening, 0, SCATTERED)?;
         }
-        Some(Regression::new(&walks, self.known)?.scatter())
+        Some(Regression::new(&self.walks, &self.known)?.scatter())
     }
 
-    /// Draws walks, and fits their means.
-    pub(crate) fn averaged(mut self) -> Averaged {
-        let mut scatter = None;
-        let mut walks = self.without_walks();
+    /// Draws walks of further hypotheses about their fits to single ones, and fits the means of all: those known
+    /// before count by what the new walks tell of them, too.
+    pub(crate) fn average<'f>(
+        &mut self,
+        fitted: impl IntoIterator<Item = (&'f Walker<'a>, &'f Fit)>,
+    ) where
+        'a: 'f,
+    {
+        let first = self.hypotheses.len();
+        for (walker, fit) in fitted {
+            self.add(walker, fit);
+        }
         let each = (DRAWS / self.hypotheses.len().max(1)).max(LEAST_DRAWS);
         for time in 0..TIMES {
-            let drawn: Vec<Option<Vec<Draw>>> = self
-                .hypotheses
-                .par_iter()
-                .map(|one| self.drawn(one, time, each))
+            let new = self.hypotheses[first..].par_iter();
+            let drawn: Vec<Option<Vec<Draw>>> = new
+                .map(|one| one.drawn(&self.generator, &self.whitening, time, each))
                 .collect();
-            for ((one, walks), drawn) in self.hypotheses.iter_mut().zip(&mut walks).zip(drawn) {
+            for (k, drawn) in drawn.into_iter().enumerate() {
                 match drawn {
-                    Some(drawn) => walks.draws.extend(drawn),
-                    None => one.fit = None,
+                    Some(drawn) => self.walks[first + k].draws.extend(drawn),
+                    None => self.hypotheses[first + k].fit = None,
                 }
             }
-            let Some(regression) = Regression::new(&walks, self.known) else {
+            // Walks of the new ones alone are drawn about where they are likeliest.
+            let fitted = if time + 1 < TIMES { first } else { 0 };
+            if self.fit(fitted).is_none() {
                 break;
-            };
-            let scattered = regression.scatter();
-            let of_means = self
-                .of_means
-                .whitening(self.spread, Compared::MeanOf(&scattered));
-            let Some(of_means) = of_means else { break };
-            self.whitening = of_means;
-            scatter = Some(scattered);
-            let fits: Vec<Option<Fit>> = (0..walks.len())
-                .into_par_iter()
-                .map(|k| self.most_probable(k, &regression))
-                .collect();
-            for (one, fit) in self.hypotheses.iter_mut().zip(fits) {
-                one.fit = fit;
             }
         }
-        Averaged {
-            fits: self.hypotheses.into_iter().map(|one| one.fit).collect(),
-            whitening: self.whitening,
-            scatter,
-        }
     }
 
-    /// What is known of each hypothesis before any walk is drawn.
-    fn without_walks(&self) -> Vec<Walks> {
+    /// The fit of each hypothesis in the order in which they were added; `None` of one most of whose neighbours do
+    /// not walk.
+    pub(crate) fn fits(&self) -> impl Iterator<Item = Option<&Fit>> {
+        self.hypotheses.iter().map(|one| one.fit.as_ref())
+    }
+
+    /// For errors of the means.
+    pub(crate) fn whitening(&self) -> &Whitening {
+        &self.whitening
+    }
+
+    /// How the walks drawn so far scatter about their means; `None` where there is none.
+    pub(crate) fn scattered(&self) -> Option<Scatter> {
+        Some(Regression::new(&self.walks, &self.known)?.scatter())
+    }
+
+    fn add(&mut self, walker: &Walker<'a>, fit: &Fit) {
         let own = self.known.ncols();
-        let fits = self.hypotheses.iter().map(|one| one.fit.as_ref());
-        fits.map(|fit| Walks {
+        let mut jacobian = fit.jacobian.clone();
+        jacobian.columns_mut(0, own).copy_from(&self.known);
+        let jacobian = walker.without_replaced(jacobian);
+        let p = walker.dimension();
+        self.walks.push(Walks {
             draws: Vec::new(),
-            known: fit.map_or_else(
-                || DMatrix::zeros(0, 0),
-                |fit| fit.jacobian.columns_range(own..).clone_owned(),
-            ),
-        })
-        .collect()
+            known: jacobian.columns_range(own..).clone_owned(),
+        });
+        self.hypotheses.push(Sampled {
+            walker: walker.clone(),
+            fit: Some(walker.integrated(fit.walked.clone(), jacobian, &self.whitening)),
+            counting: walker.without_replaced(DMatrix::identity(p, p)),
+        });
     }
 
-    /// So many walks of the posterior of a hypothesis; `None` where fewer than half walk.
-    fn drawn(&self, of: &Sampled<'_, '_>, time: usize, count: usize) -> Option<Vec<Draw>> {
-        let fit = of.fit.as_ref()?;
-        let normals = normals(of.walker.dimension(), &self.generator, time, count);
+    /// Fits the means of the hypotheses from this one on, for errors by how all walks so far scatter.
+    fn fit(&mut self, first: usize) -> Option<()> {
+        let regression = Regression::new(&self.walks, &self.known)?;
+        let compared = regression.scatter();
+        let compared = Compared::MeanOf(&compared);
+        self.whitening = self.of_means.whitening(self.spread, compared)?;
+        let whitening = &self.whitening;
+        let each = self.hypotheses[first..].par_iter_mut().enumerate();
+        each.for_each(|(k, one)| {
+            one.fit = one.most_probable(first + k, &regression, whitening);
+        });
+        Some(())
+    }
+}
+
+impl Sampled<'_> {
+    /// So many walks of its posterior; `None` where fewer than half walk.
+    fn drawn(
+        &self,
+        generator: &ChaCha8Rng,
+        whitening: &Whitening,
+        time: usize,
+        count: usize,
+    ) -> Option<Vec<Draw>> {
+        let fit = self.fit.as_ref()?;
+        let normals = normals(self.walker.dimension(), generator, time, count);
         let precision = laplace::precision(fit.curvature.clone());
         let upper = precision.cholesky()?.l().transpose();
         let draws: Vec<Draw> = normals
@@ -186,66 +199,70 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
             .enumerate()
             .filter_map(|(k, normal)| {
                 let mut z = &fit.walked.z + upper.solve_upper_triangular(normal)?;
-                of.walker.clamp(&mut z);
+                self.walker.clamp(&mut z);
                 // Both of a pair have the same.
                 let impacts = match k / 2 % 2 {
                     0 => Impacts::Rigid,
                     _ => Impacts::Compliant,
                 };
-                let walked = of.walker.walk_with_impacts(z, impacts)?;
+                let walked = self.walker.walk_with_impacts(z, impacts)?;
                 Some(Draw {
-                    z: &of.counting * walked.z,
+                    z: &self.counting * walked.z,
                     impacts,
                     residual: walked.residual,
                 })
             })
             .collect();
         let enough = 2 * draws.len() >= normals.len();
-        enough.then(|| self.without_those_apart(draws, &fit.jacobian))
+        enough.then(|| without_those_apart(draws, &fit.jacobian, whitening))
     }
 
-    /// Those whose distance from the median is usual, as far as the sensitivities do not say why: a few that
-    /// tip over have nothing to do with the mean of those that walk.
-    fn without_those_apart(&self, draws: Vec<Draw>, jacobian: &DMatrix<f64>) -> Vec<Draw> {
-        let errors: Vec<DVector<f64>> = draws
-            .iter()
-            .map(|draw| {
-                self.whitening
-                    .apply_to(&(&draw.residual + jacobian * &draw.z))
-            })
-            .collect();
-        let rows = errors.first().map_or(0, |error| error.len());
-        let middle = DVector::from_fn(rows, |row, _| {
-            median(errors.iter().map(|error| error[row]).collect())
-        });
-        let distances: Vec<f64> = errors
-            .iter()
-            .map(|error| (error - &middle).norm())
-            .collect();
-        let farthest = APART * median(distances.clone());
-        let each = draws.into_iter().zip(distances);
-        each.filter(|(_, distance)| *distance <= farthest)
-            .map(|(draw, _)| draw)
-            .collect()
-    }
-
-    /// The fit of a hypothesis where its mean walk is most probable.
-    fn most_probable(&self, index: usize, regression: &Regression) -> Option<Fit> {
-        let one = &self.hypotheses[index];
-        let centre = &one.fit.as_ref()?.walked.z;
-        let within_bounds = |z: &mut DVector<f64>| one.walker.clamp(z);
+    /// The fit where the mean walk, which regression has as that of this index, is most probable.
+    fn most_probable(
+        &self,
+        index: usize,
+        regression: &Regression,
+        whitening: &Whitening,
+    ) -> Option<Fit> {
+        let centre = &self.fit.as_ref()?.walked.z;
+        let within_bounds = |z: &mut DVector<f64>| self.walker.clamp(z);
         let mean = regression.of(index);
-        let whitening = &self.whitening;
         let roughness = regression.roughness(whitening);
-        let found = mean.integrated(centre, &one.counting, within_bounds, whitening, roughness);
+        let found = mean.integrated(centre, &self.counting, within_bounds, whitening, roughness);
         Some(Fit {
-            walked: one.walker.walk(found.z)?,
+            walked: self.walker.walk(found.z)?,
             residual: found.residual,
             jacobian: found.jacobian,
             curvature: found.curvature,
             ln_evidence: found.ln_evidence,
         })
     }
+}
+
+/// Those whose distance from the median is usual, as far as the sensitivities do not say why: a few that
+/// tip over have nothing to do with the mean of those that walk.
+fn without_those_apart(
+    draws: Vec<Draw>,
+    jacobian: &DMatrix<f64>,
+    whitening: &Whitening,
+) -> Vec<Draw> {
+    let errors: Vec<DVector<f64>> = draws
+        .iter()
+        .map(|draw| whitening.apply_to(&(&draw.residual + jacobian * &draw.z)))
+        .collect();
+    let rows = errors.first().map_or(0, |error| error.len());
+    let middle = DVector::from_fn(rows, |row, _| {
+        median(errors.iter().map(|error| error[row]).collect())
+    });
+    let distances: Vec<f64> = errors
+        .iter()
+        .map(|error| (error - &middle).norm())
+        .collect();
+    let farthest = APART * median(distances.clone());
+    let each = draws.into_iter().zip(distances);
+    each.filter(|(_, distance)| *distance <= farthest)
+        .map(|(draw, _)| draw)
+        .collect()
 }
 
 /// Standard normal draws in pairs of opposite sign: what is odd in them has no chance. Each pair is
@@ -259,7 +276,7 @@ fn normals(
     let pairs = count.div_ceil(2);
     let drawn = (0..pairs).map(|pair| {
         let mut generator = generator.clone();
-        generator.set_stream((time * pairs + pair) as u64);
+        generator.set_stream(((time as u64) << 32) + pair as u64);
         DVector::from_fn(dimension, |_, _| mlr_model::standard_normal(&mut generator))
     });
     drawn.flat_map(|normal| [-&normal, normal]).collect()

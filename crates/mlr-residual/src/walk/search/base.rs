@@ -119,24 +119,18 @@ impl<'a> Base<'a> {
         let walker = self.with(Vec::new());
         let spread = self.spread();
         let fit = self.fit(&walker);
-        let walks = self.mean_walks([(&walker, &fit)], of_means);
-        let scatter = walks.scatter();
+        let scatter = self.mean_walks(of_means).scatter(&walker, &fit);
         let compared = scatter.as_ref().map_or(Compared::Walk, Compared::WalkOf);
         let whitening = of_means.whitening(spread, compared)?;
         let fit = walker.advanced(fit.walked, fit.jacobian, &whitening, SCATTERED_STEPS);
         Some(self.at(fit, whitening))
     }
 
-    /// Hypotheses on this robot by the mean of walks about their fits to single ones, the same draws for
-    /// all.
-    pub(crate) fn mean_walks<'w>(
-        &'w self,
-        fitted: impl IntoIterator<Item = (&'w Walker<'a>, &'w Fit)>,
-        of_means: &'w Observation<'w>,
-    ) -> MeanWalks<'w, 'a> {
-        let (known, whitening) = (&self.jacobian, &self.whitening);
+    /// For hypotheses on this robot: all take the same draws.
+    pub(crate) fn mean_walks<'w>(&self, of_means: &'w Observation<'w>) -> MeanWalks<'w, 'a> {
+        let (known, whitening) = (self.jacobian.clone(), self.whitening.clone());
         let generator = ChaCha8Rng::seed_from_u64(0);
-        MeanWalks::new(fitted, known, self.spread(), whitening, of_means, generator)
+        MeanWalks::new(known, self.spread(), whitening, of_means, generator)
     }
 
     /// How far robots of one make spread in its walk.

@@ -114,36 +114,52 @@ impl<'a> Search<'a, '_> {
                 bases.push(Arc::clone(base));
             }
         }
-        let restored = self.restored(&bases);
         let mut screened: Vec<Screened<'a>> = Vec::new();
         let mut best = f64::NEG_INFINITY;
-        for base in bases.into_iter().chain(restored) {
-            if base.only_leg.is_none() && self.ln_weight_of(&base) < best - HOPELESS {
-                continue;
+        for base in bases {
+            if self.ln_weight_of(&base) >= best - HOPELESS {
+                screened.push(self.screened_on(base, &mut best));
             }
-            let on = Screened {
-                starts: screening::starts(&base, self.progress),
-                base,
-            };
-            let weights = (0..on.starts.len())
-                .into_par_iter()
-                .map(|k| self.proposal(&on, 0, vec![k]).ln_weight);
-            best = best.max(weights.reduce(|| f64::NEG_INFINITY, f64::max));
-            screened.push(on);
         }
+        let restored = self.restored(&screened);
+        screened.extend(
+            restored
+                .into_iter()
+                .map(|base| self.screened_on(base, &mut best)),
+        );
         screened
     }
 
-    /// Each damaged leg as a whole one that effects are on: a leg that does not do its part passes
-    /// for a lost one.
-    fn restored(&self, bases: &[Arc<Base<'a>>]) -> Vec<Arc<Base<'a>>> {
+    /// The starts of effects on one robot; `best` is the logarithm of the weight of the most promising so far.
+    fn screened_on(&self, base: Arc<Base<'a>>, best: &mut f64) -> Screened<'a> {
+        let on = Screened {
+            starts: screening::starts(&base, self.progress),
+            base,
+        };
+        let weights = (0..on.starts.len())
+            .into_par_iter()
+            .map(|k| self.proposal(&on, 0, vec![k]).ln_weight);
+        *best = best.max(weights.reduce(|| f64::NEG_INFINITY, f64::max));
+        on
+    }
+
+    /// Each damaged leg of these robots as a whole one that effects are on: a leg that does not do its part passes
+    /// for a lost one. Of robots with the same damaged legs the first counts, whether these are gone or locked.
+    ///
+    /// They take no step more: without an effect on that leg, a robot that comes near the log is another one.
+    fn restored(&self, screened: &[Screened<'a>]) -> Vec<Arc<Base<'a>>> {
         let mut wanted: Vec<(Morphology, LostLinks, f64, usize)> = Vec::new();
-        for base in bases {
-            for leg in base.morphology.damaged_legs() {
-                let restored = base
-                    .morphology
-                    .clone()
-                    .with_remaining(leg - 1, base.morphology.links(leg - 1));
+        let mut seen: Vec<Vec<usize>> = Vec::new();
+        let bases = || screened.iter().map(|on| &on.base);
+        for base in bases() {
+            let damaged = base.morphology.damaged_legs();
+            if seen.contains(&damaged) {
+                continue;
+            }
+            for leg in &damaged {
+                let (leg, index) = (*leg, *leg - 1);
+                let links = base.morphology.links(index);
+                let restored = base.morphology.clone().with_remaining(index, links);
                 let lost_links = if restored.is_healthy() {
                     LostLinks::Absent
                 } else {
@@ -153,19 +169,20 @@ impl<'a> Search<'a, '_> {
                 let is_new = !wanted
                     .iter()
                     .any(|(m, l, _, only)| known(m, *l) && *only == leg)
-                    && !bases.iter().any(|b| known(&b.morphology, b.lost_links));
+                    && !bases().any(|b| known(&b.morphology, b.lost_links));
                 if is_new {
                     let ln_prior = (self.known.ln_morphology)(&restored);
                     wanted.push((restored, lost_links, ln_prior, leg));
                 }
             }
+            seen.push(damaged);
         }
         wanted
             .into_par_iter()
             .filter_map(|(morphology, lost_links, ln_prior, leg)| {
                 let leg = Some(leg);
-                let base = Base::new(self.beginning, &morphology, lost_links, ln_prior, leg);
-                self.settled(base?)
+                let base = Base::new(self.beginning, &morphology, lost_links, ln_prior, leg)?;
+                base.scattered(self.beginning_of_means).map(Arc::new)
             })
             .collect()
     }

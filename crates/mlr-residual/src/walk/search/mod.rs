@@ -169,7 +169,7 @@ impl<'a> Search<'a, '_> {
         let bare = self.without_effects(&bases);
         if self.effort.most_effects == 0 {
             return Searched {
-                fitted: self.weighed(self.over_the_whole_stretch(&bare)),
+                fitted: self.weighed(self.over_the_whole_stretch(&bare)).all(),
                 unfitted: Vec::new(),
             };
         }
@@ -184,7 +184,7 @@ impl<'a> Search<'a, '_> {
         let ranked = self.race(entrants.into_iter().chain(bare).collect());
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
         let fitted = match self.effort.neighbours {
-            0 => weighed,
+            0 => weighed.all(),
             _ => self.with_neighbours(weighed),
         };
         Searched {

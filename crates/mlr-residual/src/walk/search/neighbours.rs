@@ -11,6 +11,7 @@ use super::{
     proposals::Screened,
     screening::{self, Start},
     sort_judged,
+    weighing::Weighed,
 };
 
 /// Times that the likeliest hypothesis is looked at, as long as it is another one.
@@ -24,19 +25,19 @@ impl<'a> Search<'a, '_> {
     ///
     /// The race looks at the beginning of the walk, and the robot that is likeliest there need not be the
     /// likeliest in the end: what may be wrong with that one was not tried then.
-    pub(super) fn with_neighbours(&self, mut weighed: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
+    pub(super) fn with_neighbours(&self, mut weighed: Weighed<'a>) -> Vec<Judged<'a>> {
         let mut seen: Vec<Judged<'a>> = Vec::new();
         let mut screened: Vec<Screened<'a>> = Vec::new();
         for _ in 0..TIMES {
-            sort_judged(&mut weighed);
-            let Some(likeliest) = weighed.first() else {
+            let all = weighed.all();
+            let Some(likeliest) = all.first() else {
                 break;
             };
-            let on_its_robot = weighed.iter().filter(|one| {
+            let on_its_robot = all.iter().filter(|one| {
                 let is_bare = one.walker.hypothesis.is_bare();
                 one.is_same(likeliest) || (is_bare && Arc::ptr_eq(&one.base, &likeliest.base))
             });
-            let least = least_ln_promise(&weighed);
+            let least = least_ln_promise(&all);
             let looked_at: Vec<Judged<'a>> = on_its_robot
                 .filter(|one| one.walker.hypothesis.effects.len() < self.effort.most_effects)
                 .filter(|one| one.ln_promise > least && !seen.iter().any(|s| s.is_same(one)))
@@ -55,19 +56,19 @@ impl<'a> Search<'a, '_> {
             });
             let starts = &screened[known].starts;
             let least = likeliest.ln_weight + LEAST_SHARE.ln();
-            let beside = |one| self.with_promising(one, starts, &weighed, least);
-            let group: Vec<Judged<'a>> = looked_at.iter().flat_map(beside).collect();
+            let beside = |one| self.promising_beside(one, starts, &all, least);
+            let mut group: Vec<Judged<'a>> = looked_at.iter().flat_map(beside).collect();
+            let not_weighed = |one: &&Judged<'a>| one.ln_gain_of_unknown.is_none();
+            group.extend(looked_at.iter().filter(not_weighed).cloned());
             seen.extend(looked_at);
             self.progress.expect_more(group.len());
-            let again = self.by_mean_walks(group);
-            weighed.retain(|one| !again.iter().any(|other| other.is_same(one)));
-            weighed.extend(again);
+            self.weigh_too(&mut weighed, group);
         }
-        weighed
+        weighed.all()
     }
 
-    /// A hypothesis and what the effects that promise more than `least` make of it; nothing where none does.
-    fn with_promising(
+    /// What the effects that promise more than `least` make of a hypothesis.
+    fn promising_beside(
         &self,
         one: &Judged<'a>,
         starts: &[Start],
@@ -90,12 +91,8 @@ impl<'a> Search<'a, '_> {
         let promises =
             |other: &Judged<'a>| one.ln_weight + other.ln_weight - single.ln_weight > least;
         let mut promising: Vec<Judged<'a>> = advanced.into_iter().filter(promises).collect();
-        if promising.is_empty() {
-            return promising;
-        }
         sort_judged(&mut promising);
         promising.truncate(self.effort.neighbours.div_ceil(4));
-        promising.push(one.clone());
         promising
     }
 

@@ -20,8 +20,6 @@ use crate::walk::hypothesis::{Placement, Walked, Walker};
 const OF_A_KIND: usize = 6;
 /// So many take slopes of their own, the others those of the base.
 const REFINED: usize = 6;
-/// The likeliest of these take them a second time.
-const FINALISTS: usize = 2;
 /// Steps on slopes of their own, at most: a fit stops where it has converged.
 const LAST_STEPS: usize = 5;
 
@@ -120,8 +118,6 @@ impl<'a> Search<'a, '_> {
                 running = self.each(running, |one| Some(self.advanced(one)));
             }
         }
-        running = self.each(running, |one| Some(self.refined(one)));
-        running = keep_likeliest(running, FINALISTS, &mut left_behind);
         running = self.each(running, |one| Some(self.refined(one)));
         running.extend(left_behind);
         sort_judged(&mut running);

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use super::{Judged, Search, least_ln_promise, race::likeliest, sort_judged};
+use super::{Judged, Search, base::Base, least_ln_promise, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
         evidence::{Fit, LinearModel},
-        observation::Whitening,
+        mean_walk::MeanWalks,
+        observation::{Observation, Whitening},
     },
 };
 
@@ -16,64 +17,106 @@ const MOST: usize = 8;
 /// Fits of a robot without effects.
 const BARE: usize = 2;
 
+/// Hypotheses by the mean of their walks, and others.
+pub(super) struct Weighed<'a> {
+    robots: Vec<OnRobot<'a>>,
+    /// What fell behind before.
+    others: Vec<Judged<'a>>,
+}
+
+/// Hypotheses on one robot that are weighed together: what their means get wrong is the same.
+struct OnRobot<'a> {
+    base: Arc<Base<'a>>,
+    walks: MeanWalks<'a, 'a>,
+    judged: Vec<Judged<'a>>,
+}
+
+impl<'a> Weighed<'a> {
+    /// All hypotheses, the most promising first.
+    pub(super) fn all(&self) -> Vec<Judged<'a>> {
+        let weighed = self.robots.iter().flat_map(|robot| &robot.judged);
+        let mut all: Vec<Judged<'a>> = weighed.chain(&self.others).cloned().collect();
+        sort_judged(&mut all);
+        all
+    }
+
+    fn robot(&mut self, base: &Arc<Base<'a>>, of_means: &'a Observation<'a>) -> &mut OnRobot<'a> {
+        let known = |robot: &OnRobot<'a>| Arc::ptr_eq(&robot.base, base);
+        let index = self.robots.iter().position(known).unwrap_or_else(|| {
+            self.robots.push(OnRobot {
+                walks: base.mean_walks(of_means),
+                base: Arc::clone(base),
+                judged: Vec::new(),
+            });
+            self.robots.len() - 1
+        });
+        &mut self.robots[index]
+    }
+}
+
 impl<'a> Search<'a, '_> {
     /// The likeliest hypotheses, each once, by the mean of their walks. The others, which have fallen
     /// behind, change as much as these do in the mean.
-    pub(super) fn weighed(&self, fitted: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
-        let (chosen, left) = likeliest_and_others(each_once(fitted));
+    pub(super) fn weighed(&self, fitted: Vec<Judged<'a>>) -> Weighed<'a> {
+        let (chosen, others) = likeliest_and_others(each_once(fitted));
         self.progress.expect_more(chosen.len());
-        let mut weighed = Vec::new();
-        let mut changes = Vec::new();
+        let mut weighed = Weighed {
+            robots: Vec::new(),
+            others,
+        };
+        let before = chosen.clone();
         for on_one_robot in by_robot(chosen) {
-            let known = on_one_robot.iter().map(|one| one.ln_weight);
-            let known: Vec<f64> = known.collect();
-            let now = self.by_mean_walks(on_one_robot);
-            let change = now
-                .iter()
-                .zip(known)
-                .map(|(one, known)| one.ln_weight - known);
-            changes.extend(change.filter(|change| change.is_finite()));
-            weighed.extend(now);
+            self.weigh_too(&mut weighed, on_one_robot);
         }
-        let mean = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
-        let left = left.into_iter().map(|one| Judged {
-            ln_weight: one.ln_weight + mean,
-            ln_promise: one.ln_promise + mean,
-            ..one
+        let now = weighed.robots.iter().flat_map(|robot| &robot.judged);
+        let changes = now.filter_map(|one| {
+            let before = before.iter().find(|other| other.is_same(one))?;
+            Some(one.ln_weight - before.ln_weight)
         });
-        weighed.into_iter().chain(left).collect()
+        let changes: Vec<f64> = changes.filter(|change| change.is_finite()).collect();
+        let mean = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
+        for one in &mut weighed.others {
+            one.ln_weight += mean;
+            one.ln_promise += mean;
+        }
+        weighed
     }
 
-    /// Hypotheses on one robot by the mean of their walks.
-    pub(super) fn by_mean_walks(&self, on_one_robot: Vec<Judged<'a>>) -> Vec<Judged<'a>> {
+    /// Weighs further hypotheses on one robot, by what the walks of the others on it tell too, and those others
+    /// again.
+    pub(super) fn weigh_too(&self, weighed: &mut Weighed<'a>, on_one_robot: Vec<Judged<'a>>) {
         let Some(first) = on_one_robot.first() else {
-            return Vec::new();
+            return;
         };
-        let base = Arc::clone(&first.base);
+        let is_new = |other: &Judged<'a>| !on_one_robot.iter().any(|one| one.is_same(other));
+        weighed.others.retain(is_new);
+        let robot = weighed.robot(&first.base, self.of_means);
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
-        let averaged = base.mean_walks(fitted, self.of_means).averaged();
-        let usual = &averaged.whitening;
+        robot.walks.average(fitted);
+        robot.judged.extend(on_one_robot);
+        self.judge_by_means(robot);
+    }
+
+    fn judge_by_means(&self, robot: &mut OnRobot<'a>) {
+        let usual = robot.walks.whitening();
         let with_unknown = self.of_means.with_unknown(usual);
-        let each = on_one_robot.into_iter().zip(averaged.fits);
-        each.map(|(one, fit)| {
-            self.progress.advance();
+        for (one, fit) in robot.judged.iter_mut().zip(robot.walks.fits()) {
             match fit {
                 Some(fit) => {
-                    let ln_gain = Some(ln_gain_of_unknown(&fit, usual, &with_unknown));
-                    Judged {
+                    let ln_gain = Some(ln_gain_of_unknown(fit, usual, &with_unknown));
+                    *one = Judged {
                         ln_gain_of_unknown: ln_gain,
-                        ..self.judged(&base, one.walker, fit, ln_gain)
-                    }
+                        ..self.judged(&robot.base, one.walker.clone(), fit.clone(), ln_gain)
+                    };
                 }
                 // Most of its neighbours do not walk.
-                None => Judged {
-                    ln_weight: f64::NEG_INFINITY,
-                    ln_promise: f64::NEG_INFINITY,
-                    ..one
-                },
+                None => {
+                    one.ln_weight = f64::NEG_INFINITY;
+                    one.ln_promise = f64::NEG_INFINITY;
+                }
             }
-        })
-        .collect()
+            self.progress.advance();
+        }
     }
 }
 
