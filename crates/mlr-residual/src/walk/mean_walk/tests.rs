@@ -1,17 +1,24 @@
 //! Linear walks that are rough, and their draws.
 
-use mlr_model::Impacts;
+use mlr_model::{Gait, Impacts, LostLinks, Morphology, Robot, SimulationSettings};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    normals,
+    MeanWalks, normals,
     regression::{Draw, Walks},
 };
-use crate::walk::{
-    Discrepancy,
-    observation::{Whitening, tests},
+use crate::{
+    walk::{
+        Discrepancy, NuisancePrior, NuisanceSettings, WalkModel,
+        discrepancy::Compared,
+        evidence::Fit,
+        hypothesis::{Hypothesis, Placement, Walker},
+        observation::{Observation, Whitening, tests},
+        record::tests::level_record,
+    },
+    walk_effects::{Place, find},
 };
 
 pub(super) fn whitening() -> Whitening {
@@ -104,4 +111,60 @@ fn draws_come_in_pairs_and_agree_where_hypotheses_have_coordinates_in_common() {
     assert!(sum.norm() < 1e-12);
     // Not the same the next time.
     assert!((&normals(3, &generator, 2, 8)[0] - &few[0]).norm() > 0.1);
+}
+
+/// What slippery ground adds to the evidence of a robot is the same whether both are weighed together or one after the
+/// other.
+#[test]
+fn hypotheses_that_are_added_later_are_weighed_for_the_same_errors() {
+    let robot = Robot::jethexa();
+    let morphology = Morphology::parse_legs_lost("4,5", &robot.layout()).unwrap();
+    let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
+    let record = level_record();
+    let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
+    let of_means = Observation::new(&record, &Discrepancy::of_means(), 1.0);
+    let prior = NuisancePrior::new(&NuisanceSettings::default(), &nominal);
+    let walker = |effects: Vec<Placement>| {
+        let hypothesis = Hypothesis {
+            morphology: morphology.clone(),
+            lost_links: LostLinks::Absent,
+            effects,
+        };
+        Walker::new(hypothesis, &observation, &prior, &nominal)
+    };
+    let slippery = Placement {
+        effect: find("friction").unwrap(),
+        place: Place::Robot,
+    };
+    let walkers = [walker(vec![]), walker(vec![slippery])];
+    let jacobian = {
+        let bare = &walkers[0];
+        bare.jacobian(&bare.walk(DVector::zeros(bare.dimension())).unwrap())
+    };
+    let spread = walkers[0].spread(&jacobian);
+    let whitening = observation.whitening(spread, Compared::Walk).unwrap();
+    let fit = |walker: &Walker<'_>| -> Fit {
+        let walked = walker.walk(DVector::zeros(walker.dimension())).unwrap();
+        walker.begun(walked, &jacobian, &whitening)
+    };
+    let fits = walkers.each_ref().map(fit);
+    let averaged = |groups: &[&[usize]]| -> Vec<f64> {
+        let generator = ChaCha8Rng::seed_from_u64(0);
+        let (known, whitening) = (jacobian.clone(), whitening.clone());
+        let mut walks = MeanWalks::new(known, spread, whitening, &of_means, generator);
+        for group in groups {
+            walks.average(group.iter().map(|k| (&walkers[*k], &fits[*k])));
+        }
+        walks.fits().map(|fit| fit.unwrap().ln_evidence).collect()
+    };
+    let together = averaged(&[&[0, 1]]);
+    let in_turn = averaged(&[&[0], &[1]]);
+    let gain = |of: &[f64]| of[1] - of[0];
+    assert!(
+        (gain(&in_turn) - gain(&together)).abs() < 0.5,
+        "{in_turn:?} {together:?}"
+    );
+    // The control: weighed apart, each for the errors by how its own walks scatter, they differ by that.
+    let apart = [averaged(&[&[0]])[0], averaged(&[&[1]])[0]];
+    assert!((gain(&apart) - gain(&together)).abs() > 3.0, "{apart:?}");
 }
