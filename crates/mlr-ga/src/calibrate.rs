@@ -13,6 +13,8 @@ use mlr_residual::{
         calibrate_walk, explain_walk,
     },
 };
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::{
@@ -182,7 +184,8 @@ pub fn calibrate(
                 }));
             }
             let record = record(WalkRecord::LONGEST_WALK_S)?;
-            check_undisturbed(&record, &nominal, explanation, progress).map_err(at)?;
+            let generator = ChaCha8Rng::seed_from_u64(of_the_stretch.seed);
+            check_undisturbed(&record, &nominal, explanation, &generator, progress).map_err(at)?;
         }
         // A walk goes on as it began; of a motion that ends, all is looked at.
         let looked_at_s = walk.gait.duration_s().map_or(0.0, |duration_s| {
@@ -208,6 +211,7 @@ fn check_undisturbed(
     record: &WalkRecord,
     nominal: &WalkModel,
     settings: &EvidenceSettings,
+    generator: &ChaCha8Rng,
     progress: &dyn Progress,
 ) -> Result<(), CalibrateError> {
     let morphology = Morphology::healthy(&nominal.robot.layout());
@@ -223,7 +227,15 @@ fn check_undisturbed(
         ln_morphology: &ln_prior,
         effects: None,
     };
-    let found = explain_walk(record, nominal, &[whole], known, settings, progress)?;
+    let found = explain_walk(
+        record,
+        nominal,
+        &[whole],
+        known,
+        settings,
+        generator,
+        progress,
+    )?;
     let probability = |kind: &str| found.effect_probability.get(kind).copied().unwrap_or(0.0);
     let wrong = 1.0 - probability("none");
     if wrong <= SURE {

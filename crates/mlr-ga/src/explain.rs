@@ -17,6 +17,8 @@ use mlr_residual::{
         WalkExplanation, WalkModel, WalkRecord, explain_walk,
     },
 };
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::{
@@ -198,6 +200,7 @@ pub fn explain_after(
             effects: earlier,
         },
         explanation,
+        &ChaCha8Rng::seed_from_u64(identify_settings.seed),
         progress,
     )?;
     explanation.warnings.extend(warnings);

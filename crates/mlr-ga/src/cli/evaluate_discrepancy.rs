@@ -15,6 +15,8 @@ use mlr_residual::{
     walk::{CalibratedWalk, KnownEffect, KnownRobot, LOCKED_LINKS, Simulated, WalkModel},
     walk_effects,
 };
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -79,7 +81,7 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
     }
     truths.retain(|truth| truth.effects.iter().all(can_be_fitted));
     let simulated = match options.means {
-        true => Simulated::Mean,
+        true => Simulated::Mean(ChaCha8Rng::seed_from_u64(0)),
         false => Simulated::Once,
     };
     let bar = Bar::of_logs(truths.len());
@@ -88,7 +90,7 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
         .map(|truth| {
             let own = options.own_robots.of(&truth.log.name)?;
             let robot = own.as_ref().unwrap_or(&robot);
-            let walk = calibrated(truth, robot, &gait, simulated, &settings);
+            let walk = calibrated(truth, robot, &gait, simulated.clone(), &settings);
             mlr_residual::Progress::advance(&bar);
             walk.with_context(|| truth.log.log.display().to_string())
         })

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use mlr_filter::{Axes, SettingError};
 use nalgebra::DVector;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -79,7 +80,7 @@ const NORMAL_95: f64 = 1.96;
 /// Explains a walk: which effects that the model lacks, on which robot, and how probable that is.
 ///
 /// `suspects` are the morphologies in question, the first of them as identified without effects;
-/// `known` is what is known of the robot beforehand.
+/// `known` is what is known of the robot beforehand. `generator` draws the walks that means are taken of.
 ///
 /// # Errors
 /// [`WalkError`] when a setting makes no sense, or no suspect's walk can be simulated.
@@ -89,6 +90,7 @@ pub fn explain_walk(
     suspects: &[Suspect],
     known: Beforehand<'_>,
     settings: &EvidenceSettings,
+    generator: &ChaCha8Rng,
     progress: &dyn Progress,
 ) -> Result<WalkExplanation, WalkError> {
     settings.check()?;
@@ -119,6 +121,7 @@ pub fn explain_walk(
         kinds,
         progress,
         known,
+        generator,
     };
     let searched = search.run(suspects);
     let posterior = posterior(&settings.prior, searched).ok_or(WalkError::Diverged)?;

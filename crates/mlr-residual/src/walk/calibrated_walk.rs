@@ -4,6 +4,7 @@
 use mlr_filter::SettingError;
 use mlr_model::{LostLinks, Morphology};
 use nalgebra::{DVector, DVectorView};
+use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::{
@@ -85,12 +86,12 @@ pub struct CalibratedParameter {
 }
 
 /// Whose residual it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Simulated {
     /// A walk with the most probable parameters.
     Once,
-    /// The mean of walks about these.
-    Mean,
+    /// The mean of walks about these, which this generator draws.
+    Mean(ChaCha8Rng),
 }
 
 impl CalibratedWalk {
@@ -129,9 +130,9 @@ impl CalibratedWalk {
         };
         let (fit, scatter) = match simulated {
             Simulated::Once => (single, None),
-            Simulated::Mean => {
+            Simulated::Mean(generator) => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
-                let mut walks = base.mean_walks(&of_means);
+                let mut walks = base.mean_walks(&of_means, &generator);
                 walks.average([(&walker, &single)]);
                 let Some(fit) = walks.fits().next().flatten() else {
                     return Ok(None);

@@ -2,7 +2,6 @@
 
 use mlr_model::{LostLinks, Morphology};
 use nalgebra::{DMatrix, DVector};
-use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::extrapolation::Simulated;
@@ -114,12 +113,17 @@ impl<'a> Base<'a> {
     }
 
     /// The same with errors of walks that scatter as those about its most probable one do: `of_means` has what
-    /// their mean gets wrong.
-    pub(crate) fn scattered(self, of_means: &Observation<'_>) -> Option<Self> {
+    /// their mean gets wrong, `generator` draws them.
+    pub(crate) fn scattered(
+        self,
+        of_means: &Observation<'_>,
+        generator: &ChaCha8Rng,
+    ) -> Option<Self> {
         let walker = self.with(Vec::new());
         let spread = self.spread();
         let fit = self.fit(&walker);
-        let scatter = self.mean_walks(of_means).scatter(&walker, &fit);
+        let walks = self.mean_walks(of_means, generator);
+        let scatter = walks.scatter(&walker, &fit);
         let compared = scatter.as_ref().map_or(Compared::Walk, Compared::WalkOf);
         let whitening = of_means.whitening(spread, compared)?;
         let fit = walker.advanced(fit.walked, fit.jacobian, &whitening, SCATTERED_STEPS);
@@ -127,10 +131,13 @@ impl<'a> Base<'a> {
     }
 
     /// For hypotheses on this robot: all take the same draws.
-    pub(crate) fn mean_walks<'w>(&self, of_means: &'w Observation<'w>) -> MeanWalks<'w, 'a> {
+    pub(crate) fn mean_walks<'w>(
+        &self,
+        of_means: &'w Observation<'w>,
+        generator: &ChaCha8Rng,
+    ) -> MeanWalks<'w, 'a> {
         let (known, whitening) = (self.jacobian.clone(), self.whitening.clone());
-        let generator = ChaCha8Rng::seed_from_u64(0);
-        MeanWalks::new(known, self.spread(), whitening, of_means, generator)
+        MeanWalks::new(known, self.spread(), whitening, of_means, generator.clone())
     }
 
     /// How far robots of one make spread in its walk.

@@ -78,7 +78,9 @@ impl<'a> Search<'a, '_> {
 
     /// A robot at its most probable walk of the beginning.
     fn settled(&self, base: Base<'a>) -> Option<Arc<Base<'a>>> {
-        let settled = base.settled()?.scattered(self.beginning_of_means)?;
+        let settled = base
+            .settled()?
+            .scattered(self.beginning_of_means, self.generator)?;
         Some(Arc::new(settled))
     }
 
@@ -182,7 +184,8 @@ impl<'a> Search<'a, '_> {
             .filter_map(|(morphology, lost_links, ln_prior, leg)| {
                 let leg = Some(leg);
                 let base = Base::new(self.beginning, &morphology, lost_links, ln_prior, leg)?;
-                base.scattered(self.beginning_of_means).map(Arc::new)
+                base.scattered(self.beginning_of_means, self.generator)
+                    .map(Arc::new)
             })
             .collect()
     }

@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use mlr_filter::SettingError;
 use mlr_model::Morphology;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use self::{
@@ -160,6 +161,8 @@ pub(crate) struct Search<'a, 'p> {
     pub(crate) kinds: usize,
     pub(crate) progress: &'p dyn Progress,
     pub(crate) known: Beforehand<'p>,
+    /// Draws the walks that means are taken of.
+    pub(crate) generator: &'p ChaCha8Rng,
 }
 
 impl<'a> Search<'a, '_> {

@@ -98,6 +98,8 @@ mod tests {
         Discrepancy, NuisancePrior, NuisanceSettings, Observation, record::tests::level_record,
     };
     use crate::walk_effects::{LIBRARY, Place, find};
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn the_weight_of_a_hypothesis_counts_what_bounds_cut_off_its_prior() {
@@ -122,6 +124,7 @@ mod tests {
             effort: Effort::default(),
             kinds: 10,
             progress: &(),
+            generator: &ChaCha8Rng::seed_from_u64(0),
             known: Beforehand {
                 ln_morphology: &|_| 0.0,
                 effects: None,

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rand_chacha::ChaCha8Rng;
+
 use super::{Judged, Search, base::Base, least_ln_promise, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
@@ -40,11 +42,16 @@ impl<'a> Weighed<'a> {
         all
     }
 
-    fn robot(&mut self, base: &Arc<Base<'a>>, of_means: &'a Observation<'a>) -> &mut OnRobot<'a> {
+    fn robot(
+        &mut self,
+        base: &Arc<Base<'a>>,
+        of_means: &'a Observation<'a>,
+        generator: &ChaCha8Rng,
+    ) -> &mut OnRobot<'a> {
         let known = |robot: &OnRobot<'a>| Arc::ptr_eq(&robot.base, base);
         let index = self.robots.iter().position(known).unwrap_or_else(|| {
             self.robots.push(OnRobot {
-                walks: base.mean_walks(of_means),
+                walks: base.mean_walks(of_means, generator),
                 base: Arc::clone(base),
                 judged: Vec::new(),
             });
@@ -90,7 +97,7 @@ impl<'a> Search<'a, '_> {
         };
         let is_new = |other: &Judged<'a>| !on_one_robot.iter().any(|one| one.is_same(other));
         weighed.others.retain(is_new);
-        let robot = weighed.robot(&first.base, self.of_means);
+        let robot = weighed.robot(&first.base, self.of_means, self.generator);
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
         robot.walks.average(fitted);
         robot.judged.extend(on_one_robot);

@@ -40,7 +40,8 @@ impl<'a> Search<'a, '_> {
                 .find(|one| is_bare(one) && Arc::ptr_eq(&one.base, &judged.base));
             let z = raced.map_or(&judged.base.reference.z, |one| &one.fit.walked.z);
             let whole = judged.base.continued(self.setting, z.clone());
-            if let Some(whole) = whole.and_then(|whole| whole.scattered(self.of_means)) {
+            let whole = whole.and_then(|whole| whole.scattered(self.of_means, self.generator));
+            if let Some(whole) = whole {
                 bases.push((Arc::clone(&judged.base), Arc::new(whole)));
             }
         }
