@@ -81,7 +81,7 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
     }
     truths.retain(|truth| truth.effects.iter().all(can_be_fitted));
     let simulated = match options.means {
-        true => Simulated::Mean(ChaCha8Rng::seed_from_u64(0)),
+        true => Simulated::Mean(Box::new(ChaCha8Rng::seed_from_u64(0))),
         false => Simulated::Once,
     };
     let bar = Bar::of_logs(truths.len());

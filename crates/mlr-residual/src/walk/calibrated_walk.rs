@@ -91,7 +91,7 @@ pub enum Simulated {
     /// A walk with the most probable parameters.
     Once,
     /// The mean of walks about these, which this generator draws.
-    Mean(ChaCha8Rng),
+    Mean(Box<ChaCha8Rng>),
 }
 
 impl CalibratedWalk {
