@@ -80,8 +80,9 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
         truths.extend(read_effects_truths(directory, &robot.layout())?);
     }
     truths.retain(|truth| truth.effects.iter().all(can_be_fitted));
+    let generator = ChaCha8Rng::seed_from_u64(0);
     let simulated = match options.means {
-        true => Simulated::Mean(Box::new(ChaCha8Rng::seed_from_u64(0))),
+        true => Simulated::Mean(&generator),
         false => Simulated::Once,
     };
     let bar = Bar::of_logs(truths.len());
@@ -90,7 +91,7 @@ pub(super) fn run(options: &EvaluateDiscrepancyOptions) -> anyhow::Result<()> {
         .map(|truth| {
             let own = options.own_robots.of(&truth.log.name)?;
             let robot = own.as_ref().unwrap_or(&robot);
-            let walk = calibrated(truth, robot, &gait, simulated.clone(), &settings);
+            let walk = calibrated(truth, robot, &gait, simulated, &settings);
             mlr_residual::Progress::advance(&bar);
             walk.with_context(|| truth.log.log.display().to_string())
         })
@@ -111,7 +112,7 @@ fn calibrated(
     truth: &EffectsTruth,
     robot: &Robot,
     gait: &Gait,
-    simulated: Simulated,
+    simulated: Simulated<'_>,
     settings: &EvidenceSettings,
 ) -> anyhow::Result<Option<Walk>> {
     let recording = read_log(&truth.log.log, &Columns::default())?;

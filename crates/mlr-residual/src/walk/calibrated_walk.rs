@@ -86,12 +86,12 @@ pub struct CalibratedParameter {
 }
 
 /// Whose residual it is.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Simulated {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Simulated<'g> {
     /// A walk with the most probable parameters.
     Once,
     /// The mean of walks about these, which this generator draws.
-    Mean(Box<ChaCha8Rng>),
+    Mean(&'g ChaCha8Rng),
 }
 
 impl CalibratedWalk {
@@ -103,7 +103,7 @@ impl CalibratedWalk {
         record: &WalkRecord,
         nominal: &WalkModel,
         known: &KnownRobot<'_>,
-        simulated: Simulated,
+        simulated: Simulated<'_>,
         settings: &EvidenceSettings,
     ) -> Result<Option<Self>, SettingError> {
         settings.check()?;
@@ -132,7 +132,7 @@ impl CalibratedWalk {
             Simulated::Once => (single, None),
             Simulated::Mean(generator) => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
-                let mut walks = base.mean_walks(&of_means, &generator);
+                let mut walks = base.mean_walks(&of_means, generator);
                 walks.average([(&walker, &single)]);
                 let Some(fit) = walks.fits().next().flatten() else {
                     return Ok(None);

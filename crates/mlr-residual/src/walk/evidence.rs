@@ -263,8 +263,7 @@ impl Walker<'_> {
                     let ln_tried = ln_posterior(whitening, &tried);
                     Some((tried, ln_tried))
                 });
-                let tried = tried.chain(best).max_by(|a, b| a.1.total_cmp(&b.1));
-                best = tried;
+                best = tried.chain(best).max_by(|a, b| a.1.total_cmp(&b.1));
                 if best.as_ref().is_some_and(|(_, ln_best)| *ln_best > ln_here) {
                     break;
                 }

@@ -98,7 +98,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         for (one, walks) in each {
             walks.draws = one.drawn(&self.generator, &self.whitening, 0, SCATTERED)?;
         }
-        Some(Regression::new(&self.walks, &self.known)?.scatter())
+        self.scattered()
     }
 
     /// Draws walks of further hypotheses about their fits to single ones, and fits the means of all: those known

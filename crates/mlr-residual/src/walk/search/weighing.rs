@@ -71,15 +71,14 @@ impl<'a> Search<'a, '_> {
             robots: Vec::new(),
             others,
         };
-        let before = chosen.clone();
-        for on_one_robot in by_robot(chosen) {
+        let on_robots = by_robot(chosen);
+        let before = on_robots.iter().flatten().map(|one| one.ln_weight);
+        let before: Vec<f64> = before.collect();
+        for on_one_robot in on_robots {
             self.weigh_too(&mut weighed, on_one_robot);
         }
         let now = weighed.robots.iter().flat_map(|robot| &robot.judged);
-        let changes = now.filter_map(|one| {
-            let before = before.iter().find(|other| other.is_same(one))?;
-            Some(one.ln_weight - before.ln_weight)
-        });
+        let changes = now.zip(before).map(|(one, before)| one.ln_weight - before);
         let changes: Vec<f64> = changes.filter(|change| change.is_finite()).collect();
         let mean = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
         for one in &mut weighed.others {
@@ -100,6 +99,7 @@ impl<'a> Search<'a, '_> {
         let robot = weighed.robot(&first.base, self.of_means, self.generator);
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
         robot.walks.average(fitted);
+        on_one_robot.iter().for_each(|_| self.progress.advance());
         robot.judged.extend(on_one_robot);
         self.judge_by_means(robot);
     }
@@ -122,7 +122,6 @@ impl<'a> Search<'a, '_> {
                     one.ln_promise = f64::NEG_INFINITY;
                 }
             }
-            self.progress.advance();
         }
     }
 }
