@@ -6,13 +6,9 @@ use crate::program::Folder;
 use mlr_model::{Gait, JointTrajectory, Motion, Robot};
 use serde_json::{Value, json};
 
-/// Steps twice as long as usual: each walk takes half the time.
-const LONG_STEPS: &str = "[simulation]\ntime_step_s = 0.02\n";
-
 #[test]
 fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
     let folder = Folder::new();
-    let config = folder.write("settings.toml", LONG_STEPS);
     let (motion, joints) = (
         folder.path("calibration.toml"),
         folder.path("calibration.csv"),
@@ -29,8 +25,6 @@ fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
         // Few of the walks that fold legs keep so tight a bound: less has to be tried.
         "--max-tilt-deg",
         "9",
-        "--config",
-        &config,
         "--json",
     ];
     let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
@@ -67,8 +61,6 @@ fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
         "--gait",
         &motion,
         "--healthy",
-        "--config",
-        &config,
         "--json",
         "-o",
         &robot,
@@ -164,10 +156,8 @@ fn a_motion_that_tells_lost_links_apart_ends_and_is_expected_to_tell_more() {
         "/../../data/logs/stand-in/leg2-lost.csv.gz"
     );
     let (motion, joints) = (folder.path("probe.toml"), folder.path("probe.csv"));
-    let config = folder.write("settings.toml", LONG_STEPS);
     let arguments = [
-        "probe", log, "-o", &motion, "--joints", &joints, "--max-s", "9", "--config", &config,
-        "--json",
+        "probe", log, "-o", &motion, "--joints", &joints, "--max-s", "9", "--json",
     ];
     let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
     assert_eq!(report["schema"], "mlr.diagnosis/1");

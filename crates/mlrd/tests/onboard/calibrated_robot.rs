@@ -21,7 +21,7 @@ const FEMUR: RobotParameter = RobotParameter::JointZero { leg: 1, joint: 1 };
 const OWN: [(RobotParameter, f64); 3] =
     [(ROLL, 1.0), (FEMUR, 0.02), (RobotParameter::Clock, 0.002)];
 
-/// Everything is done with little effort: short stretches, few candidates, long steps.
+/// Everything is done with little effort: short stretches, few candidates.
 const LITTLE: &str = "
 status_every_s = 0.5
 threads = 2
@@ -34,8 +34,6 @@ processor_share = 1.0
 window_s = 3.0
 leaders = 1
 variations = [{}]
-[identification.simulation]
-time_step_s = 0.02
 [identification.genetic]
 population = 8
 generations = 4
@@ -64,7 +62,6 @@ fn own_robot() -> Robot {
 fn walk(robot: &Robot, legs_lost: &str, cycles: f64, friction: f64) -> OrientationSeries {
     let settings = SimulationSettings {
         duration_s: cycles,
-        time_step_s: 0.02,
         contact: GroundContact {
             friction,
             ..GroundContact::default()
@@ -92,7 +89,7 @@ struct Story {
     noise: u32,
 }
 
-/// Four times as often as it is simulated.
+/// Twice as often as it is simulated.
 const STEP_S: f64 = 0.005;
 
 impl Story {
