@@ -15,6 +15,7 @@ use crate::daemon::{
     player::{Device, Line},
     signal,
 };
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use tempfile::TempDir;
 
 /// A second, for a computer that has sixty other things to do.
@@ -125,12 +126,13 @@ fn is_open(process: u32, port: &Path) -> bool {
         .any(|open| open == terminal)
 }
 
-/// A pipe that takes nothing more, as long as its reader is there.
+/// A pipe that takes nothing more until it is read.
 fn full_pipe() -> (PipeReader, PipeWriter) {
-    let (reader, writer) = pipe().unwrap();
-    let mut filler = writer.try_clone().unwrap();
-    // Ends when the reader is gone.
-    thread::spawn(move || filler.write_all(&vec![b'\n'; 10_000_000]));
+    let (reader, mut writer) = pipe().unwrap();
+    let flags = fcntl_getfl(&writer).unwrap();
+    fcntl_setfl(&writer, flags | OFlags::NONBLOCK).unwrap();
+    while writer.write(&[b'\n'; 4096]).is_ok() {}
+    fcntl_setfl(&writer, flags).unwrap();
     (reader, writer)
 }
 
