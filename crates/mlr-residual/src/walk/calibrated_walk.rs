@@ -122,7 +122,8 @@ impl CalibratedWalk {
         let Some(placed) = placed else {
             return Ok(None);
         };
-        let base = Base::new(setting, morphology, lost_links, 0.0, None).and_then(Base::settled);
+        let begun = Base::new(setting, morphology, lost_links, 0.0, None);
+        let base = begun.and_then(|base| base.settled());
         let Some(base) = base else { return Ok(None) };
         let walker = base.with(placed);
         let Some(single) = fitted(&base, &walker) else {

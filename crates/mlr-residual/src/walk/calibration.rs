@@ -63,7 +63,7 @@ pub fn calibrate_walk(
         nominal,
     };
     let base = Base::new(setting, &morphology, LostLinks::Absent, 0.0, None)
-        .and_then(Base::settled)
+        .and_then(|base| base.settled())
         .ok_or(WalkError::Diverged)?;
     progress.advance();
     let walker = base.with(Vec::new());

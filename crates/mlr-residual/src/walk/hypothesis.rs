@@ -205,6 +205,24 @@ impl<'a> Walker<'a> {
         of_deviations
     }
 
+    /// Sensitivities like those of another robot, as far as both have the same nuisance parameters: the others change
+    /// nothing.
+    pub(crate) fn with_slopes_of(&self, other: &Self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+        let of_other = other.unmixed(jacobian.clone());
+        let mut slopes = DMatrix::zeros(jacobian.nrows(), self.dimension());
+        for (k, coordinate) in self.coordinates.iter().enumerate() {
+            let Coordinate::Nuisance(nuisance) = coordinate else {
+                continue;
+            };
+            let is_same =
+                |one: &Coordinate| matches!(one, Coordinate::Nuisance(known) if known == nuisance);
+            if let Some(known) = other.coordinates.iter().position(is_same) {
+                slopes.column_mut(k).copy_from(&of_other.column(known));
+            }
+        }
+        self.mixed(slopes)
+    }
+
     /// The reverse of [`Self::mixed`].
     fn unmixed(&self, mut of_coordinates: DMatrix<f64>) -> DMatrix<f64> {
         if let Some(mixing) = &self.mixing {

@@ -92,7 +92,7 @@ impl<'a> Base<'a> {
     }
 
     /// The same at its most probable walk.
-    pub(crate) fn settled(self) -> Option<Self> {
+    pub(crate) fn settled(&self) -> Option<Self> {
         let walker = self.with(Vec::new());
         let jacobian = walker.jacobian(&self.reference);
         let reference = self.reference.clone();
@@ -102,20 +102,24 @@ impl<'a> Base<'a> {
     }
 
     /// The same at another fit, for errors of another covariance.
-    fn at(self, fit: Fit, whitening: Whitening) -> Self {
+    fn at(&self, fit: Fit, whitening: Whitening) -> Self {
         Self {
+            setting: self.setting,
+            morphology: self.morphology.clone(),
+            lost_links: self.lost_links,
+            ln_prior: self.ln_prior,
+            only_leg: self.only_leg,
             simulated: Simulated::new(&fit, &whitening),
             reference: fit.walked,
             jacobian: fit.jacobian,
             whitening,
-            ..self
         }
     }
 
     /// The same with errors of walks that scatter as those about its most probable one do: `of_means` has what
     /// their mean gets wrong, `generator` draws them.
     pub(crate) fn scattered(
-        self,
+        &self,
         of_means: &Observation<'_>,
         generator: &ChaCha8Rng,
     ) -> Option<Self> {

@@ -9,8 +9,16 @@ use super::{
     HOPELESS, Judged, Search, Suspect, base::Base, proposals::Screened, screening, sort_judged,
 };
 
+/// Robots without effects over the beginning of the walk.
+pub(super) struct Bases<'a> {
+    /// After a first step, the likeliest first.
+    pub(super) begun: Vec<Base<'a>>,
+    /// At their most probable walks, as far as they may still win.
+    pub(super) settled: Vec<Arc<Base<'a>>>,
+}
+
 impl<'a> Search<'a, '_> {
-    pub(super) fn bases(&self, suspects: &[Suspect]) -> Vec<Arc<Base<'a>>> {
+    pub(super) fn bases(&self, suspects: &[Suspect]) -> Bases<'a> {
         let both = [LostLinks::Absent, LostLinks::Locked];
         let healthy = suspects.first().map(|first| {
             let morphology = Morphology::healthy(&first.morphology.layout());
@@ -62,22 +70,24 @@ impl<'a> Search<'a, '_> {
         let goes_on =
             |base: &Base<'a>| base.morphology.is_healthy() || Some(&base.morphology) == identified;
         let mut others = self.effort.bases;
-        let mut kept: Vec<Base<'a>> = Vec::new();
-        for (weight, base) in ranked {
-            if goes_on(&base) {
+        let mut kept: Vec<&Base<'a>> = Vec::new();
+        for (weight, base) in &ranked {
+            if goes_on(base) {
                 kept.push(base);
-            } else if others > 0 && weight > best - HOPELESS {
+            } else if others > 0 && *weight > best - HOPELESS {
                 others -= 1;
                 kept.push(base);
             }
         }
-        kept.into_par_iter()
-            .filter_map(|base| self.settled(base))
-            .collect()
+        let settled = kept.into_par_iter().filter_map(|base| self.settled(base));
+        Bases {
+            settled: settled.collect(),
+            begun: ranked.into_iter().map(|(_, base)| base).collect(),
+        }
     }
 
     /// A robot at its most probable walk of the beginning.
-    fn settled(&self, base: Base<'a>) -> Option<Arc<Base<'a>>> {
+    fn settled(&self, base: &Base<'a>) -> Option<Arc<Base<'a>>> {
         let settled = base
             .settled()?
             .scattered(self.beginning_of_means, self.generator)?;
@@ -103,8 +113,9 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The starts of effects on the likeliest robots, of each set of damaged legs and state of the lost
-    /// links one, as long as they may still win.
-    pub(super) fn screened(&self, ranked: &[Judged<'a>]) -> Vec<Screened<'a>> {
+    /// links one, as long as they may still win, and of
+    /// the same of robots with a leg restored, of all that took a first step.
+    pub(super) fn screened(&self, ranked: &[Judged<'a>], begun: &[Base<'a>]) -> Vec<Screened<'a>> {
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         for judged in ranked {
             let base = &judged.base;
@@ -123,7 +134,7 @@ impl<'a> Search<'a, '_> {
                 screened.push(self.screened_on(base, &mut best));
             }
         }
-        let restored = self.restored(&screened);
+        let restored = self.restored(begun, &screened);
         screened.extend(
             restored
                 .into_iter()
@@ -143,50 +154,5 @@ impl<'a> Search<'a, '_> {
             .map(|k| self.proposal(&on, 0, vec![k]).ln_weight);
         *best = best.max(weights.reduce(|| f64::NEG_INFINITY, f64::max));
         on
-    }
-
-    /// Each damaged leg of these robots as a whole one that effects are on: a leg that does not do its part passes
-    /// for a lost one. Of robots with the same damaged legs the first counts, whether these are gone or locked.
-    ///
-    /// They take no step more: without an effect on that leg, a robot that comes near the log is another one.
-    fn restored(&self, screened: &[Screened<'a>]) -> Vec<Arc<Base<'a>>> {
-        let mut wanted: Vec<(Morphology, LostLinks, f64, usize)> = Vec::new();
-        let mut seen: Vec<Vec<usize>> = Vec::new();
-        let bases = || screened.iter().map(|on| &on.base);
-        for base in bases() {
-            let damaged = base.morphology.damaged_legs();
-            if seen.contains(&damaged) {
-                continue;
-            }
-            for leg in &damaged {
-                let (leg, index) = (*leg, *leg - 1);
-                let links = base.morphology.links(index);
-                let restored = base.morphology.clone().with_remaining(index, links);
-                let lost_links = if restored.is_healthy() {
-                    LostLinks::Absent
-                } else {
-                    base.lost_links
-                };
-                let known = |m: &Morphology, l: LostLinks| *m == restored && l == lost_links;
-                let is_new = !wanted
-                    .iter()
-                    .any(|(m, l, _, only)| known(m, *l) && *only == leg)
-                    && !bases().any(|b| known(&b.morphology, b.lost_links));
-                if is_new {
-                    let ln_prior = (self.known.ln_morphology)(&restored);
-                    wanted.push((restored, lost_links, ln_prior, leg));
-                }
-            }
-            seen.push(damaged);
-        }
-        wanted
-            .into_par_iter()
-            .filter_map(|(morphology, lost_links, ln_prior, leg)| {
-                let leg = Some(leg);
-                let base = Base::new(self.beginning, &morphology, lost_links, ln_prior, leg)?;
-                base.scattered(self.beginning_of_means, self.generator)
-                    .map(Arc::new)
-            })
-            .collect()
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::screening::Start;
 use crate::walk::{
     evidence::{Fit, LinearModel},
-    hypothesis::Walker,
+    hypothesis::{Walked, Walker},
     observation::{GROUPS, Whitening},
 };
 
@@ -38,6 +38,19 @@ impl Simulated {
             coordinates: fit.walked.z.clone(),
             residual: whitening.apply_to(&fit.residual),
             jacobian: whitening.apply(&fit.jacobian),
+        }
+    }
+
+    /// A walk of which these sensitivities are assumed.
+    pub(crate) fn with_slopes(
+        walked: &Walked,
+        jacobian: &DMatrix<f64>,
+        whitening: &Whitening,
+    ) -> Self {
+        Self {
+            coordinates: walked.z.clone(),
+            residual: whitening.apply_to(&walked.residual),
+            jacobian: whitening.apply(jacobian),
         }
     }
 

@@ -8,6 +8,7 @@ mod neighbours;
 pub(crate) mod prior;
 mod proposals;
 mod race;
+mod restored;
 pub(crate) mod screening;
 mod unfitted;
 mod weighing;
@@ -169,14 +170,14 @@ impl<'a> Search<'a, '_> {
     /// Proposes hypotheses, and fits those that promise most.
     pub(crate) fn run(&self, suspects: &[Suspect]) -> Searched<'a> {
         let bases = self.bases(suspects);
-        let bare = self.without_effects(&bases);
+        let bare = self.without_effects(&bases.settled);
         if self.effort.most_effects == 0 {
             return Searched {
                 fitted: self.weighed(self.over_the_whole_stretch(&bare)).all(),
                 unfitted: Vec::new(),
             };
         }
-        let screened = self.screened(&bare);
+        let screened = self.screened(&bare, &bases.begun);
         let mut proposals = self.singles(&screened);
         if self.effort.most_effects > 1 {
             proposals.extend(self.pairs(&screened, &proposals));

@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::base::Base;
+use mlr_model::Morphology;
+
+use super::base::{Base, Setting};
 use crate::{
     Progress,
     walk::hypothesis::{Placement, Walked, Walker},
@@ -29,7 +31,7 @@ const RELINEARISATIONS: usize = 1;
 
 /// Every start of every effect that this record can tell from nothing.
 pub(crate) fn starts(base: &Base<'_>, progress: &dyn Progress) -> Vec<Start> {
-    let placements = placements(base);
+    let placements = placements_on(base);
     progress.expect_more(placements.len());
     placements
         .into_par_iter()
@@ -43,23 +45,32 @@ pub(crate) fn starts(base: &Base<'_>, progress: &dyn Progress) -> Vec<Start> {
 
 /// Those of the sensor's effects, for which no body has to walk.
 pub(crate) fn starts_of_sensing(base: &Base<'_>) -> Vec<Start> {
-    placements(base)
+    placements_on(base)
         .into_par_iter()
         .filter(|placement| placement.effect.is_of_sensing())
         .flat_map_iter(|placement| base.starts_of(placement))
         .collect()
 }
 
-fn placements(base: &Base<'_>) -> Vec<Placement> {
-    let record = base.setting.observation.record;
+fn placements_on(base: &Base<'_>) -> Vec<Placement> {
+    placements(base.setting, &base.morphology, base.only_leg)
+}
+
+/// Where effects may be that this record can tell from nothing, on one leg of the robot or on all of it.
+pub(super) fn placements(
+    setting: Setting<'_>,
+    morphology: &Morphology,
+    only_leg: Option<usize>,
+) -> Vec<Placement> {
+    let record = setting.observation.record;
     let mut placements: Vec<Placement> = Vec::new();
     for effect in LIBRARY.iter().copied() {
         if effect.is_a_delay() && !record.start_is_told() {
             continue;
         }
-        let robot = &base.setting.nominal.robot;
-        for place in effect.places(robot, &base.morphology) {
-            if base.only_leg.is_none_or(|leg| place.leg() == leg) {
+        let robot = &setting.nominal.robot;
+        for place in effect.places(robot, morphology) {
+            if only_leg.is_none_or(|leg| place.leg() == leg) {
                 placements.push(Placement { effect, place });
             }
         }
