@@ -20,19 +20,21 @@ fn simulation() -> SimulationSettings {
     }
 }
 
-/// What a healthy robot with these faults reports, with 0.02° of noise, standing for a
-/// second and walking for four.
+/// What a healthy robot with these faults reports.
 fn recorded(faults: Vec<Fault>) -> OrientationSeries {
+    recorded_of(&healthy(), faults)
+}
+
+/// What a robot with these faults reports, with 0.02° of noise, standing for a second and walking for four.
+fn recorded_of(morphology: &Morphology, faults: Vec<Fault>) -> OrientationSeries {
     let settings = SimulationSettings {
         duration_s: 4.4,
         stand_s: 1.0,
         faults,
         ..simulation()
     };
-    let robot = Robot::jethexa();
-    let healthy = Morphology::healthy(&robot.layout());
-    let simulator = Simulator::new(robot, &Gait::tripod(), settings).unwrap();
-    let Outcome::Walked(Trajectory { orientation, .. }) = simulator.simulate(&healthy) else {
+    let simulator = Simulator::new(Robot::jethexa(), &Gait::tripod(), settings).unwrap();
+    let Outcome::Walked(Trajectory { orientation, .. }) = simulator.simulate(morphology) else {
         panic!("diverged");
     };
     let mut random = ChaCha8Rng::seed_from_u64(1);
@@ -53,15 +55,20 @@ fn recorded(faults: Vec<Fault>) -> OrientationSeries {
 /// likely.
 fn explained_as(record: &WalkRecord, morphology: Morphology) -> WalkExplanation {
     // Single effects on one robot: less has to be tried.
-    explained_with(record, morphology, 6)
+    explained_with(record, &[morphology], 6)
 }
 
-/// The same with so many hypotheses in the race.
-fn explained_with(record: &WalkRecord, morphology: Morphology, entrants: usize) -> WalkExplanation {
-    let suspect = Suspect {
-        morphology,
+/// The same of a robot that may have these morphologies, with so many hypotheses in the race.
+fn explained_with(
+    record: &WalkRecord,
+    morphologies: &[Morphology],
+    entrants: usize,
+) -> WalkExplanation {
+    let suspects = morphologies.iter().map(|morphology| Suspect {
+        morphology: morphology.clone(),
         ln_prior: 0.0,
-    };
+    });
+    let suspects: Vec<Suspect> = suspects.collect();
     let model = WalkModel::nominal(Robot::jethexa(), Gait::tripod(), simulation());
     let mut settings = EvidenceSettings::default();
     (settings.effort.most_effects, settings.effort.entrants) = (1, entrants);
@@ -72,7 +79,7 @@ fn explained_with(record: &WalkRecord, morphology: Morphology, entrants: usize) 
         effects: None,
     };
     let random = ChaCha8Rng::seed_from_u64(1);
-    let found = explain_walk(record, &model, &[suspect], known, &settings, &random, &());
+    let found = explain_walk(record, &model, &suspects, known, &settings, &random, &());
     found.unwrap()
 }
 
@@ -174,7 +181,7 @@ fn an_effect_that_the_race_has_missed_is_found_beside_the_likeliest_robot() {
         length_lost_m: 0.03,
     }]);
     let record = WalkRecord::new(&short, 0.0, false, 0.0, None).unwrap();
-    let found = explained_with(&record, healthy(), 0);
+    let found = explained_with(&record, &[healthy()], 0);
     expect_probabilities(&found);
     let [effect] = &found.effects[..] else {
         panic!("{:?}", found.effects);
@@ -200,6 +207,29 @@ fn a_leg_that_gives_way_is_told_from_a_lost_one() {
         panic!("{:?}", effect.parameters);
     };
     assert!((gain - 0.15).abs() < 0.05, "{gain}");
+}
+
+#[test]
+fn a_leg_that_gives_way_is_told_from_a_lost_one_on_a_robot_that_lacks_others() {
+    let legs_lost = |text: &str| {
+        let layout = Robot::jethexa().layout();
+        Morphology::parse_legs_lost(text, &layout).unwrap()
+    };
+    let short = Fault::ShortLink {
+        leg: 3,
+        link: 3,
+        length_lost_m: 0.0335,
+    };
+    let record = recorded_of(&legs_lost("4,6"), vec![short]);
+    let record = WalkRecord::new(&record, 0.0, false, 0.0, None).unwrap();
+    // One that comes near, and one that lacks the short leg too, which is fitted no further than the first step.
+    let found = explained_with(&record, &[legs_lost("3,4"), legs_lost("3,4,6")], 12);
+    expect_probabilities(&found);
+    assert_eq!(found.morphology, legs_lost("4,6"));
+    let [effect] = &found.effects[..] else {
+        panic!("{:?}", found.effects);
+    };
+    assert_eq!(effect.parameters["leg"], Reported::Number(3));
 }
 
 #[test]
