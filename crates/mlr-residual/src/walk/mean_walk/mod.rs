@@ -54,7 +54,8 @@ pub(crate) struct MeanWalks<'w, 'a> {
     walks: Vec<Walks>,
     of_means: &'w Observation<'w>,
     spread: Spread,
-    /// For errors of single walks at first, then for those of the mean of all walks so far.
+    /// For errors of single walks at first, then for those of the mean, by how the walks of the first hypotheses
+    /// scatter.
     whitening: Whitening,
     /// Change of the prediction per unit of each of the robot's own coordinates, as known before.
     known: DMatrix<f64>,
@@ -103,6 +104,9 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
 
     /// Draws walks of further hypotheses about their fits to single ones, and fits the means of all: those known
     /// before count by what the new walks tell of them, too.
+    ///
+    /// What the means get wrong is found from the walks of the first hypotheses, and stays: of more walks it would be
+    /// another covariance, and robots with many hypotheses would be weighed otherwise than those with few.
     pub(crate) fn average<'f>(
         &mut self,
         fitted: impl IntoIterator<Item = (&'f Walker<'a>, &'f Fit)>,
@@ -113,6 +117,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         for (walker, fit) in fitted {
             self.add(walker, fit);
         }
+        let is_first = first == 0;
         let each = (DRAWS / self.hypotheses.len().max(1)).max(LEAST_DRAWS);
         for time in 0..TIMES {
             let new = self.hypotheses[first..].par_iter();
@@ -127,7 +132,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
             }
             // Walks of the new ones alone are drawn about where they are likeliest.
             let fitted = if time + 1 < TIMES { first } else { 0 };
-            if self.fit(fitted).is_none() {
+            if self.fit(fitted, is_first).is_none() {
                 break;
             }
         }
@@ -166,12 +171,15 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         });
     }
 
-    /// Fits the means of the hypotheses from this one on, for errors by how all walks so far scatter.
-    fn fit(&mut self, first: usize) -> Option<()> {
+    /// Fits the means of the hypotheses from this one on, where `is_scatter_new` for errors by how all walks so far
+    /// scatter.
+    fn fit(&mut self, first: usize, is_scatter_new: bool) -> Option<()> {
         let regression = Regression::new(&self.walks, &self.known)?;
-        let compared = regression.scatter();
-        let compared = Compared::MeanOf(&compared);
-        self.whitening = self.of_means.whitening(self.spread, compared)?;
+        if is_scatter_new {
+            let scatter = regression.scatter();
+            let compared = Compared::MeanOf(&scatter);
+            self.whitening = self.of_means.whitening(self.spread, compared)?;
+        }
         let whitening = &self.whitening;
         let each = self.hypotheses[first..].par_iter_mut().enumerate();
         each.for_each(|(k, one)| {

@@ -113,8 +113,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The starts of effects on the likeliest robots, of each set of damaged legs and state of the lost
-    /// links one, as long as they may still win, and of
-    /// the same of robots with a leg restored, of all that took a first step.
+    /// links one, as long as they may still win; and on those that a leg restored makes of the robots `begun`.
     pub(super) fn screened(&self, ranked: &[Judged<'a>], begun: &[Base<'a>]) -> Vec<Screened<'a>> {
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         for judged in ranked {

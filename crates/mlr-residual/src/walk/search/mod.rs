@@ -96,7 +96,7 @@ pub struct Effort {
     /// Morphologies that are fitted without effects, beside the one identified and the whole robot: of twice as
     /// many, gone and locked, the likeliest after a step.
     pub bases: usize,
-    /// Sets of damaged legs on which every effect is screened, with one of their legs restored too.
+    /// Sets of damaged legs on which every effect is screened.
     pub screened: usize,
     /// Hypotheses that are walked at all, of those whose linear models promise most.
     pub entrants: usize,
@@ -114,7 +114,7 @@ impl Default for Effort {
         Self {
             bases: 3,
             screened: 3,
-            entrants: 32,
+            entrants: 96,
             neighbours: 12,
             extended: 3,
             most_effects: 2,

@@ -16,8 +16,10 @@ use super::{
 };
 use crate::walk::hypothesis::{Placement, Walked, Walker};
 
-/// Hypotheses with one set of kinds that enter.
-const OF_A_KIND: usize = 6;
+/// Points from where one effect enters: its extrapolated walk says little of which is the best.
+const STARTS: usize = 2;
+/// Hypotheses with two effects of the same two kinds that enter.
+const PAIRS_OF_A_KIND: usize = 6;
 /// So many take slopes of their own, the others those of the base.
 const REFINED: usize = 6;
 /// Steps on slopes of their own, at most: a fit stops where it has converged.
@@ -34,14 +36,22 @@ impl<'a> Search<'a, '_> {
     ) -> Vec<Judged<'a>> {
         let mut chosen: Vec<Proposal> = Vec::new();
         for proposal in ranked {
-            let kinds = |p: &Proposal| -> Vec<&'static str> {
-                p.placements(screened)
-                    .iter()
-                    .map(|p| p.effect.kind())
-                    .collect()
+            let effects = proposal.placements(screened);
+            let is_of_kinds = |other: &Proposal| {
+                let others = other.placements(screened);
+                let kinds = others.iter().map(|placed| placed.effect.kind());
+                kinds.eq(effects.iter().map(|placed| placed.effect.kind()))
             };
-            let alike = chosen.iter().filter(|c| kinds(c) == kinds(&proposal));
-            if chosen.len() < most && alike.count() < OF_A_KIND {
+            let is_same = |other: &Proposal| {
+                other.base == proposal.base && other.placements(screened) == effects
+            };
+            let count =
+                |alike: &dyn Fn(&Proposal) -> bool| chosen.iter().filter(|c| alike(c)).count();
+            let may_enter = match effects.len() {
+                1 => count(&is_same) < STARTS,
+                _ => count(&is_same) == 0 && count(&is_of_kinds) < PAIRS_OF_A_KIND,
+            };
+            if may_enter && chosen.len() < most {
                 chosen.push(proposal);
             }
         }
