@@ -26,35 +26,14 @@ const REFINED: usize = 6;
 const LAST_STEPS: usize = 5;
 
 impl<'a> Search<'a, '_> {
-    /// The most promising, not too many of one kind, each walked where its linear model is
-    /// likeliest.
+    /// So many of the most promising, each walked where its linear model is likeliest.
     pub(super) fn entrants(
         &self,
         screened: &[Screened<'a>],
         ranked: Vec<Proposal>,
         most: usize,
     ) -> Vec<Judged<'a>> {
-        let mut chosen: Vec<Proposal> = Vec::new();
-        for proposal in ranked {
-            let effects = proposal.placements(screened);
-            let is_of_kinds = |other: &Proposal| {
-                let others = other.placements(screened);
-                let kinds = others.iter().map(|placed| placed.effect.kind());
-                kinds.eq(effects.iter().map(|placed| placed.effect.kind()))
-            };
-            let is_same = |other: &Proposal| {
-                other.base == proposal.base && other.placements(screened) == effects
-            };
-            let count =
-                |alike: &dyn Fn(&Proposal) -> bool| chosen.iter().filter(|c| alike(c)).count();
-            let may_enter = match effects.len() {
-                1 => count(&is_same) < STARTS,
-                _ => count(&is_same) == 0 && count(&is_of_kinds) < PAIRS_OF_A_KIND,
-            };
-            if may_enter && chosen.len() < most {
-                chosen.push(proposal);
-            }
-        }
+        let chosen = chosen(screened, ranked, most);
         self.progress.expect_more(chosen.len());
         let mut entrants: Vec<Judged<'a>> = chosen
             .par_iter()
@@ -170,6 +149,31 @@ impl<'a> Search<'a, '_> {
         let fit = walker.advanced(fit.walked.clone(), jacobian, &base.whitening, LAST_STEPS);
         self.judge(base, walker.clone(), fit)
     }
+}
+
+/// The first of these proposals, but not too many that are much alike.
+fn chosen(screened: &[Screened<'_>], ranked: Vec<Proposal>, most: usize) -> Vec<Proposal> {
+    let mut chosen: Vec<Proposal> = Vec::new();
+    for proposal in ranked {
+        let effects = proposal.placements(screened);
+        let is_same =
+            |other: &Proposal| other.base == proposal.base && other.placements(screened) == effects;
+        let is_of_kinds = |other: &Proposal| {
+            let others = other.placements(screened);
+            let kinds = others.iter().map(|placed| placed.effect.kind());
+            kinds.eq(effects.iter().map(|placed| placed.effect.kind()))
+        };
+        let same = chosen.iter().filter(|other| is_same(other)).count();
+        let of_kinds = || chosen.iter().filter(|other| is_of_kinds(other)).count();
+        let may_enter = match effects.len() {
+            1 => same < STARTS,
+            _ => same == 0 && of_kinds() < PAIRS_OF_A_KIND,
+        };
+        if may_enter && chosen.len() < most {
+            chosen.push(proposal);
+        }
+    }
+    chosen
 }
 
 /// The so many likeliest, and those without effects; the others go to `left_behind`.
