@@ -142,8 +142,9 @@ impl Effort {
     }
 }
 
-/// Hypotheses without effects that are kept: one with the lost links gone, one with them locked.
-const BARE: usize = 2;
+/// Hypotheses without effects that are kept: one with the lost links gone, one with them locked, and one with other
+/// links of the same legs, else what these differ by is put down to an effect.
+const BARE: usize = 3;
 
 /// Hypotheses whose logarithm of the weight falls so far behind that no fit brings them back.
 const HOPELESS: f64 = 30.0;

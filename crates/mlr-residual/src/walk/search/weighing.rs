@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{Judged, Search, base::Base, least_ln_promise, race::likeliest, sort_judged};
+use super::{BARE, Judged, Search, base::Base, least_ln_promise, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
@@ -16,8 +16,6 @@ use crate::{
 
 /// Hypotheses with effects that are weighed so.
 const MOST: usize = 8;
-/// Fits of a robot without effects.
-const BARE: usize = 2;
 
 /// Hypotheses by the mean of their walks, and others.
 pub(super) struct Weighed<'a> {
