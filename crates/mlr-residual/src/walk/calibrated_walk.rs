@@ -134,7 +134,7 @@ impl CalibratedWalk {
             Simulated::Mean(generator) => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
                 let mut walks = base.mean_walks(&of_means, generator);
-                walks.average([(&walker, &single)]);
+                walks.average([(&walker, &single)], &[]);
                 let Some(fit) = walks.fits().next().flatten() else {
                     return Ok(None);
                 };

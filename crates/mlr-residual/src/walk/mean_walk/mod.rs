@@ -103,13 +103,16 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
     }
 
     /// Draws walks of further hypotheses about their fits to single ones, and fits the means of all: those known
-    /// before count by what the new walks tell of them, too.
+    /// before count by what the new walks tell of them, too. Of those known that the new ones are compared with, `anew`,
+    /// walks are drawn again in place of the first ones: else one that was weighed when less was known of the robot
+    /// would seem to fit worse.
     ///
     /// What the means get wrong is found from the walks of the first hypotheses, and stays: of more walks it would be
     /// another covariance, and robots with many hypotheses would be weighed otherwise than those with few.
     pub(crate) fn average<'f>(
         &mut self,
         fitted: impl IntoIterator<Item = (&'f Walker<'a>, &'f Fit)>,
+        anew: &[usize],
     ) where
         'a: 'f,
     {
@@ -117,22 +120,31 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         for (walker, fit) in fitted {
             self.add(walker, fit);
         }
-        let is_first = first == 0;
-        let each = (DRAWS / self.hypotheses.len().max(1)).max(LEAST_DRAWS);
+        let drawn: Vec<usize> = anew
+            .iter()
+            .copied()
+            .chain(first..self.hypotheses.len())
+            .collect();
+        for index in anew {
+            self.walks[*index].draws.clear();
+        }
+        let each = (DRAWS / drawn.len().max(1)).max(LEAST_DRAWS);
         for time in 0..TIMES {
-            let new = self.hypotheses[first..].par_iter();
-            let drawn: Vec<Option<Vec<Draw>>> = new
-                .map(|one| one.drawn(&self.generator, &self.whitening, time, each))
+            let draws: Vec<Option<Vec<Draw>>> = drawn
+                .par_iter()
+                .map(|index| {
+                    self.hypotheses[*index].drawn(&self.generator, &self.whitening, time, each)
+                })
                 .collect();
-            for (k, drawn) in drawn.into_iter().enumerate() {
-                match drawn {
-                    Some(drawn) => self.walks[first + k].draws.extend(drawn),
-                    None => self.hypotheses[first + k].fit = None,
+            for (index, draws) in drawn.iter().zip(draws) {
+                match draws {
+                    Some(draws) => self.walks[*index].draws.extend(draws),
+                    None => self.hypotheses[*index].fit = None,
                 }
             }
-            // Walks of the new ones alone are drawn about where they are likeliest.
-            let fitted = if time + 1 < TIMES { first } else { 0 };
-            if self.fit(fitted, is_first).is_none() {
+            let is_last = time + 1 == TIMES;
+            let is_fitted = |index: usize| is_last || drawn.contains(&index);
+            if self.fit(is_fitted, first == 0).is_none() {
                 break;
             }
         }
@@ -171,9 +183,12 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         });
     }
 
-    /// Fits the means of the hypotheses from this one on, where `is_scatter_new` for errors by how all walks so far
-    /// scatter.
-    fn fit(&mut self, first: usize, is_scatter_new: bool) -> Option<()> {
+    /// Fits the means of some hypotheses, where `is_scatter_new` for errors by how all walks so far scatter.
+    fn fit(
+        &mut self,
+        is_fitted: impl Fn(usize) -> bool + Sync,
+        is_scatter_new: bool,
+    ) -> Option<()> {
         let regression = Regression::new(&self.walks, &self.known)?;
         if is_scatter_new {
             let scatter = regression.scatter();
@@ -181,10 +196,11 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
             self.whitening = self.of_means.whitening(self.spread, compared)?;
         }
         let whitening = &self.whitening;
-        let each = self.hypotheses[first..].par_iter_mut().enumerate();
-        each.for_each(|(k, one)| {
-            one.fit = one.most_probable(first + k, &regression, whitening);
-        });
+        let each = self.hypotheses.par_iter_mut().enumerate();
+        each.filter(|(index, _)| is_fitted(*index))
+            .for_each(|(index, one)| {
+                one.fit = one.most_probable(index, &regression, whitening);
+            });
         Some(())
     }
 }

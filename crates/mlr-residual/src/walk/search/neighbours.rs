@@ -60,9 +60,9 @@ impl<'a> Search<'a, '_> {
             let mut group: Vec<Judged<'a>> = looked_at.iter().flat_map(beside).collect();
             let not_weighed = |one: &&Judged<'a>| one.ln_gain_of_unknown.is_none();
             group.extend(looked_at.iter().filter(not_weighed).cloned());
-            seen.extend(looked_at);
             self.progress.expect_more(group.len());
-            self.weigh_too(&mut weighed, group);
+            self.weigh_too(&mut weighed, group, &looked_at);
+            seen.extend(looked_at);
         }
         weighed.all()
     }

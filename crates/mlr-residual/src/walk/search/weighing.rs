@@ -73,7 +73,7 @@ impl<'a> Search<'a, '_> {
         let before = on_robots.iter().flatten().map(|one| one.ln_weight);
         let before: Vec<f64> = before.collect();
         for on_one_robot in on_robots {
-            self.weigh_too(&mut weighed, on_one_robot);
+            self.weigh_too(&mut weighed, on_one_robot, &[]);
         }
         let now = weighed.robots.iter().flat_map(|robot| &robot.judged);
         let changes = now.zip(before).map(|(one, before)| one.ln_weight - before);
@@ -87,8 +87,13 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Weighs further hypotheses on one robot, by what the walks of the others on it tell too, and those others
-    /// again.
-    pub(super) fn weigh_too(&self, weighed: &mut Weighed<'a>, on_one_robot: Vec<Judged<'a>>) {
+    /// again: by new walks where the further ones are compared with them.
+    pub(super) fn weigh_too(
+        &self,
+        weighed: &mut Weighed<'a>,
+        on_one_robot: Vec<Judged<'a>>,
+        compared_with: &[Judged<'a>],
+    ) {
         let Some(first) = on_one_robot.first() else {
             return;
         };
@@ -96,7 +101,12 @@ impl<'a> Search<'a, '_> {
         weighed.others.retain(is_new);
         let robot = weighed.robot(&first.base, self.of_means, self.generator);
         let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
-        robot.walks.average(fitted);
+        let is_compared = |index: &usize| {
+            let known = &robot.judged[*index];
+            compared_with.iter().any(|one| one.is_same(known))
+        };
+        let anew: Vec<usize> = (0..robot.judged.len()).filter(is_compared).collect();
+        robot.walks.average(fitted, &anew);
         on_one_robot.iter().for_each(|_| self.progress.advance());
         robot.judged.extend(on_one_robot);
         self.judge_by_means(robot);
