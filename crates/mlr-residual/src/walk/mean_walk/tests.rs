@@ -153,8 +153,8 @@ fn hypotheses_that_are_added_later_are_weighed_for_the_same_errors() {
         let (known, whitening) = (jacobian.clone(), whitening.clone());
         let mut walks = MeanWalks::new(known, spread, whitening, &of_means, generator);
         for group in groups {
-            let known: Vec<usize> = (0..walks.fits().count()).collect();
-            walks.average(group.iter().map(|k| (&walkers[*k], &fits[*k])), &known);
+            let weighed: Vec<usize> = (0..walks.fits().count()).collect();
+            walks.average(group.iter().map(|k| (&walkers[*k], &fits[*k])), &weighed);
         }
         walks.fits().map(|fit| fit.unwrap().ln_evidence).collect()
     };

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::screening::Start;
 use crate::walk::{
     evidence::{Fit, LinearModel},
-    hypothesis::{Walked, Walker},
+    hypothesis::Walker,
     observation::{GROUPS, Whitening},
 };
 
@@ -34,22 +34,19 @@ pub(crate) struct Extrapolation<'s> {
 
 impl Simulated {
     pub(crate) fn new(fit: &Fit, whitening: &Whitening) -> Self {
-        Self {
-            coordinates: fit.walked.z.clone(),
-            residual: whitening.apply_to(&fit.residual),
-            jacobian: whitening.apply(&fit.jacobian),
-        }
+        Self::of(&fit.walked.z, &fit.residual, &fit.jacobian, whitening)
     }
 
-    /// A walk of which these sensitivities are assumed.
-    pub(crate) fn with_slopes(
-        walked: &Walked,
+    /// A walk with these coordinates, what it leaves, and the sensitivities that are known of it or assumed.
+    pub(crate) fn of(
+        coordinates: &DVector<f64>,
+        residual: &DVector<f64>,
         jacobian: &DMatrix<f64>,
         whitening: &Whitening,
     ) -> Self {
         Self {
-            coordinates: walked.z.clone(),
-            residual: whitening.apply_to(&walked.residual),
+            coordinates: coordinates.clone(),
+            residual: whitening.apply_to(residual),
             jacobian: whitening.apply(jacobian),
         }
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{
     Search, base::Base, extrapolation::Simulated, proposals::Screened, screening::placements,
 };
-use crate::walk::hypothesis::{Hypothesis, Placement};
+use crate::walk::hypothesis::{Hypothesis, Placement, Walked};
 
 /// Robots with a leg restored on which effects are screened.
 const MOST: usize = 4;
@@ -94,7 +94,8 @@ impl<'a> Search<'a, '_> {
         let starts = effect.starts(place, self.beginning.nominal, record);
         let ln_evidences = starts.into_iter().filter_map(|values| {
             let walked = walker.walk(walker.described(&[values]))?;
-            let simulated = Simulated::with_slopes(&walked, &jacobian, &taken_for.whitening);
+            let Walked { z, residual, .. } = &walked;
+            let simulated = Simulated::of(z, residual, &jacobian, &taken_for.whitening);
             let linear = simulated.with(&[], &walker, false);
             Some(linear.ln_evidence(&taken_for.whitening).0)
         });

@@ -1,9 +1,8 @@
 //! Screening: which effects may be worth a fit.
 
+use mlr_model::Morphology;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-
-use mlr_model::Morphology;
 
 use super::base::{Base, Setting};
 use crate::{
