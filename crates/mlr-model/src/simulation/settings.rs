@@ -152,8 +152,9 @@ pub struct GroundContact {
     pub impacts: Impacts,
 }
 
-/// How a contact stops what comes down on it. Engines differ in this, and no description of a robot tells:
-/// where a robot rocks on an edge, the one law leaves it a third of the speed of the other.
+/// How a contact stops what comes down on it. Engines differ in this, and no description of a robot tells: a
+/// robot that falls on its front edge rocks on by 1.7° with the one law and by 9.3° with the other (test `impacts`
+/// of `mlr-golden-tests`).
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]

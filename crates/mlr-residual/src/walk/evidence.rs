@@ -199,13 +199,18 @@ impl LinearModel {
         }
     }
 
+    /// The whitened residual after a step.
+    pub(crate) fn residual_after(&self, step: &DVector<f64>) -> DVector<f64> {
+        &self.residual - &self.jacobian * step
+    }
+
     /// Logarithm of the evidence, and the most probable coordinates.
     pub(crate) fn ln_evidence(&self, whitening: &Whitening) -> (f64, DVector<f64>) {
         self.ln_evidence_of_rough(whitening, |_| [1.0; GROUPS])
     }
 
     /// The same where the model itself errs: variances of the errors are so many times the usual ones, by
-    /// the whitened residual that the most probable coordinates leave.
+    /// the step to the most probable coordinates.
     pub(crate) fn ln_evidence_of_rough(
         &self,
         whitening: &Whitening,
@@ -213,7 +218,7 @@ impl LinearModel {
     ) -> (f64, DVector<f64>) {
         let equations = NormalEquations::new(self, whitening);
         let (step, squares) = equations.step(whitening, Step::Damped(0.0));
-        let times = times(&(&self.residual - &self.jacobian * &step));
+        let times = times(&step);
         let coordinates = &self.coordinates + step;
         let (ln_density, precisions) =
             whitening.ln_density_of_rough(squares, self.residual.len(), times);

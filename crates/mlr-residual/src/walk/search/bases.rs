@@ -133,7 +133,7 @@ impl<'a> Search<'a, '_> {
                 screened.push(self.screened_on(base, &mut best));
             }
         }
-        let restored = self.restored(begun, &screened);
+        let restored = self.restored(begun, &screened, best);
         screened.extend(
             restored
                 .into_iter()

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::screening::Start;
 use crate::walk::{
     evidence::{Fit, LinearModel},
-    hypothesis::Walker,
+    hypothesis::{Walked, Walker},
     observation::{GROUPS, Whitening},
 };
 
@@ -34,20 +34,19 @@ pub(crate) struct Extrapolation<'s> {
 
 impl Simulated {
     pub(crate) fn new(fit: &Fit, whitening: &Whitening) -> Self {
-        Self::of(&fit.walked.z, &fit.residual, &fit.jacobian, whitening)
+        Self {
+            coordinates: fit.walked.z.clone(),
+            residual: whitening.apply_to(&fit.residual),
+            jacobian: whitening.apply(&fit.jacobian),
+        }
     }
 
-    /// A walk with these coordinates, what it leaves, and the sensitivities that are known of it or assumed.
-    pub(crate) fn of(
-        coordinates: &DVector<f64>,
-        residual: &DVector<f64>,
-        jacobian: &DMatrix<f64>,
-        whitening: &Whitening,
-    ) -> Self {
+    /// A single walk, and sensitivities that are assumed of it, whitened.
+    pub(crate) fn of(walked: &Walked, slopes: DMatrix<f64>, whitening: &Whitening) -> Self {
         Self {
-            coordinates: coordinates.clone(),
-            residual: whitening.apply_to(residual),
-            jacobian: whitening.apply(jacobian),
+            coordinates: walked.z.clone(),
+            residual: whitening.apply_to(&walked.residual),
+            jacobian: slopes,
         }
     }
 
@@ -95,8 +94,9 @@ impl Extrapolation<'_> {
     /// What is extrapolated farther errs more, and convicts less: else effects that change a walk much, and
     /// not linearly, would never be simulated.
     pub(crate) fn ln_evidence(&self, whitening: &Whitening) -> (f64, DVector<f64>) {
-        self.model
-            .ln_evidence_of_rough(whitening, |left| self.rougher_by(left, whitening))
+        self.model.ln_evidence_of_rough(whitening, |step| {
+            self.rougher_by(&self.model.residual_after(step), whitening)
+        })
     }
 
     /// So many times the usual variance, group by group, have errors of a walk that leaves this, its

@@ -6,9 +6,10 @@ use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
 use super::{
-    Search, base::Base, extrapolation::Simulated, proposals::Screened, screening::placements,
+    HOPELESS, Search, base::Base, extrapolation::Simulated, proposals::Screened,
+    screening::placements,
 };
-use crate::walk::hypothesis::{Hypothesis, Placement, Walked};
+use crate::walk::hypothesis::{Hypothesis, Placement};
 
 /// Robots with a leg restored on which effects are screened.
 const MOST: usize = 4;
@@ -18,12 +19,15 @@ struct Restored<'b, 'a> {
     taken_for: &'b Base<'a>,
     morphology: Morphology,
     lost_links: LostLinks,
+    /// Logarithm of its prior probability.
+    ln_prior: f64,
     /// The leg, from 1, that an effect must be on: without one, this is another robot.
     leg: usize,
 }
 
 impl<'a> Search<'a, '_> {
-    /// The most promising of these robots with one damaged leg restored, by a walk with each effect on that leg. Of
+    /// The most promising of these robots with one damaged leg restored, by a walk with each effect on that leg, as
+    /// far as they may still win against `best`, the logarithm of the weight of the most promising effect so far. Of
     /// robots with the same damaged legs the first counts, whether these are gone or locked.
     ///
     /// They take no step more: without an effect on that leg, a robot that comes near the log is another one.
@@ -31,13 +35,15 @@ impl<'a> Search<'a, '_> {
         &self,
         begun: &[Base<'a>],
         screened: &[Screened<'a>],
+        best: f64,
     ) -> Vec<Arc<Base<'a>>> {
-        let wanted = restored_of(begun, screened);
+        let wanted = self.restored_of(begun, screened);
         self.progress.expect_more(wanted.len());
         let promising = wanted.into_par_iter().filter_map(|one| {
             let ln_promise = self.ln_promise_of(&one);
             self.progress.advance();
-            Some((ln_promise?, one))
+            let may_win = |promise: &f64| *promise >= best - HOPELESS;
+            Some((ln_promise.filter(may_win)?, one))
         });
         let mut ranked: Vec<(f64, Restored<'_, 'a>)> = promising.collect();
         ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));
@@ -45,21 +51,18 @@ impl<'a> Search<'a, '_> {
         ranked
             .into_par_iter()
             .filter_map(|(_, one)| {
-                let (ln_prior, leg) = (self.ln_prior_of(&one), Some(one.leg));
                 let Restored {
                     morphology,
                     lost_links,
+                    ln_prior,
+                    leg,
                     ..
                 } = one;
-                Base::new(self.beginning, &morphology, lost_links, ln_prior, leg)?
+                Base::new(self.beginning, &morphology, lost_links, ln_prior, Some(leg))?
                     .scattered(self.beginning_of_means, self.generator)
                     .map(Arc::new)
             })
             .collect()
-    }
-
-    fn ln_prior_of(&self, restored: &Restored<'_, 'a>) -> f64 {
-        (self.known.ln_morphology)(&restored.morphology)
     }
 
     /// Logarithm of the weight of the most probable effect on the restored leg by a single walk of each: it is as
@@ -72,8 +75,7 @@ impl<'a> Search<'a, '_> {
             .into_par_iter()
             .filter_map(|placement| self.ln_evidence_of_single(restored, placement));
         let best = each.reduce(|| f64::NEG_INFINITY, f64::max);
-        let ln_prior =
-            self.ln_prior_of(restored) + self.prior.ln_lost_links(morphology, lost_links);
+        let ln_prior = restored.ln_prior + self.prior.ln_lost_links(morphology, lost_links);
         best.is_finite().then_some(best + ln_prior)
     }
 
@@ -89,52 +91,57 @@ impl<'a> Search<'a, '_> {
             effects: vec![placement],
         });
         let jacobian = walker.with_slopes_of(&taken_for.with(Vec::new()), &taken_for.jacobian);
+        let slopes = taken_for.whitening.apply(&jacobian);
         let Placement { effect, place } = placement;
         let record = self.beginning.observation.record;
         let starts = effect.starts(place, self.beginning.nominal, record);
         let ln_evidences = starts.into_iter().filter_map(|values| {
             let walked = walker.walk(walker.described(&[values]))?;
-            let Walked { z, residual, .. } = &walked;
-            let simulated = Simulated::of(z, residual, &jacobian, &taken_for.whitening);
+            let simulated = Simulated::of(&walked, slopes.clone(), &taken_for.whitening);
             let linear = simulated.with(&[], &walker, false);
             Some(linear.ln_evidence(&taken_for.whitening).0)
         });
         ln_evidences.max_by(f64::total_cmp)
     }
-}
 
-/// Each damaged leg of these robots restored, without robots on which every effect is screened anyhow.
-fn restored_of<'b, 'a>(begun: &'b [Base<'a>], screened: &[Screened<'a>]) -> Vec<Restored<'b, 'a>> {
-    let mut wanted: Vec<Restored<'b, 'a>> = Vec::new();
-    let mut seen: Vec<Vec<usize>> = Vec::new();
-    for taken_for in begun {
-        let damaged = taken_for.morphology.damaged_legs();
-        if seen.contains(&damaged) {
-            continue;
-        }
-        for leg in damaged.iter().copied() {
-            let links = taken_for.morphology.links(leg - 1);
-            let morphology = taken_for.morphology.clone().with_remaining(leg - 1, links);
-            let lost_links = match morphology.is_healthy() {
-                true => LostLinks::Absent,
-                false => taken_for.lost_links,
-            };
-            let is_screened = screened
-                .iter()
-                .any(|on| on.base.morphology == morphology && on.base.lost_links == lost_links);
-            let is_known = wanted.iter().any(|one| {
-                one.leg == leg && one.morphology == morphology && one.lost_links == lost_links
-            });
-            if !is_screened && !is_known {
-                wanted.push(Restored {
-                    taken_for,
-                    morphology,
-                    lost_links,
-                    leg,
-                });
+    /// Each damaged leg of these robots restored, without robots on which every effect is screened anyhow.
+    fn restored_of<'b>(
+        &self,
+        begun: &'b [Base<'a>],
+        screened: &[Screened<'a>],
+    ) -> Vec<Restored<'b, 'a>> {
+        let mut wanted: Vec<Restored<'b, 'a>> = Vec::new();
+        let mut seen: Vec<Vec<usize>> = Vec::new();
+        for taken_for in begun {
+            let damaged = taken_for.morphology.damaged_legs();
+            if seen.contains(&damaged) {
+                continue;
             }
+            for leg in damaged.iter().copied() {
+                let links = taken_for.morphology.links(leg - 1);
+                let morphology = taken_for.morphology.clone().with_remaining(leg - 1, links);
+                let lost_links = match morphology.is_healthy() {
+                    true => LostLinks::Absent,
+                    false => taken_for.lost_links,
+                };
+                let is_screened = screened
+                    .iter()
+                    .any(|on| on.base.morphology == morphology && on.base.lost_links == lost_links);
+                let is_known = wanted.iter().any(|one| {
+                    one.leg == leg && one.morphology == morphology && one.lost_links == lost_links
+                });
+                if !is_screened && !is_known {
+                    wanted.push(Restored {
+                        taken_for,
+                        ln_prior: (self.known.ln_morphology)(&morphology),
+                        morphology,
+                        lost_links,
+                        leg,
+                    });
+                }
+            }
+            seen.push(damaged);
         }
-        seen.push(damaged);
+        wanted
     }
-    wanted
 }

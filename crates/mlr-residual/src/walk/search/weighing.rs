@@ -29,6 +29,8 @@ struct OnRobot<'a> {
     base: Arc<Base<'a>>,
     walks: MeanWalks<'a, 'a>,
     judged: Vec<Judged<'a>>,
+    /// Those that are weighed next.
+    waiting: Vec<Judged<'a>>,
 }
 
 impl<'a> Weighed<'a> {
@@ -52,6 +54,7 @@ impl<'a> Weighed<'a> {
                 walks: base.mean_walks(of_means, generator),
                 base: Arc::clone(base),
                 judged: Vec::new(),
+                waiting: Vec::new(),
             });
             self.robots.len() - 1
         });
@@ -69,11 +72,14 @@ impl<'a> Search<'a, '_> {
             robots: Vec::new(),
             others,
         };
-        let on_robots = by_robot(chosen);
-        let before = on_robots.iter().flatten().map(|one| one.ln_weight);
-        let before: Vec<f64> = before.collect();
-        for on_one_robot in on_robots {
-            self.weigh_too(&mut weighed, on_one_robot, &[]);
+        for one in chosen {
+            let robot = weighed.robot(&one.base, self.of_means, self.generator);
+            robot.waiting.push(one);
+        }
+        let before = weighed.robots.iter().flat_map(|robot| &robot.waiting);
+        let before: Vec<f64> = before.map(|one| one.ln_weight).collect();
+        for robot in &mut weighed.robots {
+            self.weigh_waiting(robot, &[]);
         }
         let now = weighed.robots.iter().flat_map(|robot| &robot.judged);
         let changes = now.zip(before).map(|(one, before)| one.ln_weight - before);
@@ -86,8 +92,8 @@ impl<'a> Search<'a, '_> {
         weighed
     }
 
-    /// Weighs further hypotheses on one robot, by what the walks of the others on it tell too, and those others
-    /// again: by new walks where the further ones are compared with them.
+    /// Weighs further hypotheses on one robot, and again those that were weighed on it before and are
+    /// `compared_with` them.
     pub(super) fn weigh_too(
         &self,
         weighed: &mut Weighed<'a>,
@@ -100,15 +106,23 @@ impl<'a> Search<'a, '_> {
         let is_new = |other: &Judged<'a>| !on_one_robot.iter().any(|one| one.is_same(other));
         weighed.others.retain(is_new);
         let robot = weighed.robot(&first.base, self.of_means, self.generator);
-        let fitted = on_one_robot.iter().map(|one| (&one.walker, &one.fit));
+        robot.waiting = on_one_robot;
+        self.weigh_waiting(robot, compared_with);
+    }
+
+    /// Weighs what is waiting on a robot by what the walks of the others on it tell too, and those others again: by
+    /// new walks where the waiting ones are compared with them.
+    fn weigh_waiting(&self, robot: &mut OnRobot<'a>, compared_with: &[Judged<'a>]) {
+        let waiting = std::mem::take(&mut robot.waiting);
+        let fitted = waiting.iter().map(|one| (&one.walker, &one.fit));
         let is_compared = |index: &usize| {
             let known = &robot.judged[*index];
             compared_with.iter().any(|one| one.is_same(known))
         };
         let anew: Vec<usize> = (0..robot.judged.len()).filter(is_compared).collect();
         robot.walks.average(fitted, &anew);
-        on_one_robot.iter().for_each(|_| self.progress.advance());
-        robot.judged.extend(on_one_robot);
+        waiting.iter().for_each(|_| self.progress.advance());
+        robot.judged.extend(waiting);
         self.judge_by_means(robot);
     }
 
@@ -177,20 +191,4 @@ fn likeliest_and_others(fitted: Vec<Judged<'_>>) -> (Vec<Judged<'_>>, Vec<Judged
         chosen.into_iter().map(without_index).collect(),
         others.into_iter().map(without_index).collect(),
     )
-}
-
-fn by_robot(hypotheses: Vec<Judged<'_>>) -> Vec<Vec<Judged<'_>>> {
-    let mut robots: Vec<Vec<Judged<'_>>> = Vec::new();
-    for one in hypotheses {
-        let on_same = |robot: &&mut Vec<Judged<'_>>| {
-            robot
-                .first()
-                .is_some_and(|other| Arc::ptr_eq(&other.base, &one.base))
-        };
-        match robots.iter_mut().find(on_same) {
-            Some(robot) => robot.push(one),
-            None => robots.push(vec![one]),
-        }
-    }
-    robots
 }
