@@ -12,6 +12,7 @@ use super::{
     discrepancy::Scatter,
     evidence::Fit,
     hypothesis::{Placement, Walker},
+    mean_walk::DRAWS,
     search::base::{Base, Setting},
 };
 use crate::walk_effects;
@@ -133,7 +134,7 @@ impl CalibratedWalk {
             Simulated::Once => (single, None),
             Simulated::Mean(generator) => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
-                let mut walks = base.mean_walks(&of_means, generator);
+                let mut walks = base.mean_walks(&of_means, generator, DRAWS);
                 walks.average([(&walker, &single)], &[]);
                 let Some(fit) = walks.fits().next().flatten() else {
                     return Ok(None);

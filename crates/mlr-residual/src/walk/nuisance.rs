@@ -281,9 +281,22 @@ impl Nuisance {
         from: &WalkModel,
         to: &WalkModel,
     ) -> f64 {
+        let by = self.change(from, to);
+        let deviation = self.deviation(settings, record);
+        // What the settings say robots do not differ by has no deviation to count in.
+        if deviation > 0.0 && by.is_finite() {
+            by / deviation
+        } else {
+            0.0
+        }
+    }
+
+    /// How far the second model is off the first in this parameter: the logarithm of their ratio where robots differ
+    /// by a factor.
+    pub(crate) fn change(self, from: &WalkModel, to: &WalkModel) -> f64 {
         let difference = |of: fn(&WalkModel, usize) -> f64, axis| of(to, axis) - of(from, axis);
         let ratio = |of: fn(&WalkModel) -> f64| (of(to) / of(from)).ln();
-        let by = match self {
+        match self {
             Self::Start => to.sensing.delay_s - from.sensing.delay_s,
             Self::Clock => ratio(|model| model.clock * model.gait.period_s),
             Self::Misalignment(axis) => {
@@ -315,13 +328,6 @@ impl Nuisance {
                 };
                 offset_rad(to) - offset_rad(from)
             }
-        };
-        let deviation = self.deviation(settings, record);
-        // What the settings say robots do not differ by has no deviation to count in.
-        if deviation > 0.0 && by.is_finite() {
-            by / deviation
-        } else {
-            0.0
         }
     }
 

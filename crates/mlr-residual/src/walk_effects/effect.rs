@@ -94,6 +94,13 @@ pub trait WalkEffect: Sync + Debug {
         Vec::new()
     }
 
+    /// Values with which it does to a model what these changes of the nuisance parameters do that it replaces, one for
+    /// each: logarithms of factors, and differences. `None` where only other values can be told.
+    fn standing_for(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        let _ = changes;
+        None
+    }
+
     /// Whether it acts on the sensor's signals only: the body walks as before.
     fn is_of_sensing(&self) -> bool {
         false

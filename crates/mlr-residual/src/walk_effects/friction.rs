@@ -49,6 +49,10 @@ impl WalkEffect for Friction {
         vec![Nuisance::Friction]
     }
 
+    fn standing_for(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        Some(changes.to_vec())
+    }
+
     fn report(&self, _: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {
         named([("mu", model.simulation.contact.friction * values[0].exp())])
     }

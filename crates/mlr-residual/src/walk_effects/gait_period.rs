@@ -50,6 +50,10 @@ impl WalkEffect for GaitPeriod {
         vec![Nuisance::Clock]
     }
 
+    fn standing_for(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        Some(vec![changes.first()?.exp_m1()])
+    }
+
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {
         named([("scale", 1.0 + values[0])])
     }

@@ -49,6 +49,10 @@ impl WalkEffect for GyroScale {
         vec![Nuisance::Scale]
     }
 
+    fn standing_for(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        Some(vec![changes.first()?.exp_m1()])
+    }
+
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {
         named([("scale", 1.0 + values[0])])
     }

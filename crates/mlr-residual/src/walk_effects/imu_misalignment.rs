@@ -51,6 +51,10 @@ impl WalkEffect for ImuMisalignment {
         [0, 1].map(Nuisance::Misalignment).into()
     }
 
+    fn standing_for(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        Some(changes.to_vec())
+    }
+
     fn report(&self, _: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {
         named([("roll_deg", values[0]), ("pitch_deg", values[1])])
     }

@@ -58,6 +58,10 @@ impl WalkEffect for JointOffset {
         vec![Nuisance::JointZero(place.leg() - 1, place.link() - 1)]
     }
 
+    fn standing_for(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        Some(changes.to_vec())
+    }
+
     fn report(&self, place: Place, values: &[f64], _: &WalkModel) -> BTreeMap<String, f64> {
         named([
             ("leg", place.leg() as f64),

@@ -55,6 +55,10 @@ impl WalkEffect for ServoStiffness {
         vec![Nuisance::Stiffness]
     }
 
+    fn standing_for(&self, changes: &[f64]) -> Option<Vec<f64>> {
+        Some(changes.to_vec())
+    }
+
     fn report(&self, _: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64> {
         named([("stiffness", Self::stiffness(values, model))])
     }

@@ -18,8 +18,8 @@ use super::{
 };
 use crate::{laplace, statistics::median};
 
-/// Walks of all hypotheses on a robot together that are drawn every time.
-const DRAWS: usize = 96;
+/// Walks of all hypotheses on a robot together that are drawn every time, where their mean is to be known well.
+pub(crate) const DRAWS: usize = 96;
 /// Of each at least.
 const LEAST_DRAWS: usize = 12;
 /// Times that walks are drawn, each time about the parameters that all so far make most probable.
@@ -59,6 +59,8 @@ pub(crate) struct MeanWalks<'w, 'a> {
     whitening: Whitening,
     /// Change of the prediction per unit of each of the robot's own coordinates, as known before.
     known: DMatrix<f64>,
+    /// Walks that are drawn every time.
+    draws: usize,
     /// Every hypothesis takes its draws from the same: what differs is the hypothesis.
     generator: ChaCha8Rng,
 }
@@ -73,13 +75,14 @@ struct Sampled<'a> {
 
 impl<'w, 'a> MeanWalks<'w, 'a> {
     /// Of no hypothesis yet. `whitening` is for errors of single walks; `known` has the sensitivities of the
-    /// robot's own coordinates, by which robots of one make spread so far.
+    /// robot's own coordinates, by which robots of one make spread so far. About `draws` walks are drawn every time.
     pub(crate) fn new(
         known: DMatrix<f64>,
         spread: Spread,
         whitening: Whitening,
         of_means: &'w Observation<'w>,
         generator: ChaCha8Rng,
+        draws: usize,
     ) -> Self {
         Self {
             hypotheses: Vec::new(),
@@ -88,6 +91,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
             spread,
             whitening,
             known,
+            draws,
             generator,
         }
     }
@@ -128,7 +132,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         for index in anew {
             self.walks[*index].draws.clear();
         }
-        let each = (DRAWS / drawn.len().max(1)).max(LEAST_DRAWS);
+        let each = (self.draws / drawn.len().max(1)).max(LEAST_DRAWS);
         for time in 0..TIMES {
             let draws: Vec<Option<Vec<Draw>>> = drawn
                 .par_iter()

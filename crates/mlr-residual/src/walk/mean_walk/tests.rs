@@ -6,7 +6,7 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    MeanWalks, normals,
+    DRAWS, MeanWalks, normals,
     regression::{Draw, Walks},
 };
 use crate::{
@@ -151,7 +151,7 @@ fn hypotheses_that_are_added_later_are_weighed_for_the_same_errors() {
     let averaged = |groups: &[&[usize]]| -> Vec<f64> {
         let generator = ChaCha8Rng::seed_from_u64(0);
         let (known, whitening) = (jacobian.clone(), whitening.clone());
-        let mut walks = MeanWalks::new(known, spread, whitening, &of_means, generator);
+        let mut walks = MeanWalks::new(known, spread, whitening, &of_means, generator, DRAWS);
         for group in groups {
             let weighed: Vec<usize> = (0..walks.fits().count()).collect();
             walks.average(group.iter().map(|k| (&walkers[*k], &fits[*k])), &weighed);

@@ -188,10 +188,11 @@ impl<'a> Search<'a, '_> {
         let bare = bare.into_iter().take(BARE);
         let ranked = self.race(entrants.into_iter().chain(bare).collect());
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
-        let fitted = match self.effort.neighbours {
-            0 => weighed.all(),
+        let weighed = match self.effort.neighbours {
+            0 => weighed,
             _ => self.with_neighbours(weighed),
         };
+        let fitted = self.on_equal_terms(weighed).all();
         Searched {
             unfitted: self.unfitted(&screened, &ranked, &fitted),
             fitted,

@@ -25,7 +25,7 @@ impl<'a> Search<'a, '_> {
     ///
     /// The race looks at the beginning of the walk, and the robot that is likeliest there need not be the
     /// likeliest in the end: what may be wrong with that one was not tried then.
-    pub(super) fn with_neighbours(&self, mut weighed: Weighed<'a>) -> Vec<Judged<'a>> {
+    pub(super) fn with_neighbours(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
         let mut seen: Vec<Judged<'a>> = Vec::new();
         let mut screened: Vec<Screened<'a>> = Vec::new();
         for _ in 0..TIMES {
@@ -64,7 +64,7 @@ impl<'a> Search<'a, '_> {
             self.weigh_too(&mut weighed, group, &looked_at);
             seen.extend(looked_at);
         }
-        weighed.all()
+        weighed
     }
 
     /// What the effects that promise more than `least` make of a hypothesis.
@@ -78,21 +78,30 @@ impl<'a> Search<'a, '_> {
         let simulated = Simulated::new(&one.fit, &one.base.whitening);
         let likeliest_starts = self.likeliest_beside(one, &simulated, starts, weighed);
         self.progress.expect_more(likeliest_starts.len());
-        let walked = likeliest_starts.into_par_iter().filter_map(|start| {
+        let walked = likeliest_starts.par_iter().filter_map(|(start, _)| {
             let extended = self.extended(one, &simulated, start);
             self.progress.advance();
             extended
         });
         let mut walked: Vec<Judged<'a>> = walked.collect();
+        let single = self.by_single_walk(one);
+        let promises = |ln_weight: f64| one.ln_weight + ln_weight - single.ln_weight > least;
+        // A single walk is rough: what promises most by extrapolation from a mean of walks is not lost by one.
+        let first = likeliest_starts.first();
+        let first = first.filter(|(_, ln_weight)| promises(*ln_weight));
+        let is_first = |other: &Judged<'a>| {
+            let added = other.walker.hypothesis.effects.last();
+            first.is_some_and(|(start, _)| added == Some(&start.placement))
+        };
+        let first = walked.iter().position(is_first);
+        let first = first.map(|index| walked.remove(index));
         sort_judged(&mut walked);
         walked.truncate(self.effort.neighbours.div_ceil(2));
-        let advanced = self.each(walked, |one| Some(self.advanced(one)));
-        let single = self.by_single_walk(one);
-        let promises =
-            |other: &Judged<'a>| one.ln_weight + other.ln_weight - single.ln_weight > least;
-        let mut promising: Vec<Judged<'a>> = advanced.into_iter().filter(promises).collect();
+        let mut promising = self.each(walked, |one| Some(self.advanced(one)));
+        promising.retain(|other| promises(other.ln_weight));
         sort_judged(&mut promising);
         promising.truncate(self.effort.neighbours.div_ceil(4));
+        promising.extend(first);
         promising
     }
 
@@ -107,14 +116,14 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The starts of effects that are likeliest beside a hypothesis by extrapolation, one for each, the
-    /// likeliest first; without those that were weighed.
+    /// likeliest first, with the logarithms of their weights; without those that were weighed.
     fn likeliest_beside<'s>(
         &self,
         judged: &Judged<'a>,
         simulated: &Simulated,
         starts: &'s [Start],
         weighed: &[Judged<'a>],
-    ) -> Vec<&'s Start> {
+    ) -> Vec<(&'s Start, f64)> {
         let base = &judged.base;
         let extrapolated = |start: &'s Start| -> Option<(&'s Start, f64)> {
             if judged.walker.hypothesis.effects.contains(&start.placement) {
@@ -133,13 +142,13 @@ impl<'a> Search<'a, '_> {
         };
         let mut ranked: Vec<(&Start, f64)> = starts.par_iter().filter_map(extrapolated).collect();
         ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let mut chosen: Vec<&Start> = Vec::new();
-        for (start, _) in ranked {
+        let mut chosen: Vec<(&Start, f64)> = Vec::new();
+        for (start, ln_weight) in ranked {
             let is_chosen = chosen
                 .iter()
-                .any(|other| other.placement == start.placement);
+                .any(|(other, _)| other.placement == start.placement);
             if chosen.len() < self.effort.neighbours && !is_chosen {
-                chosen.push(start);
+                chosen.push((start, ln_weight));
             }
         }
         chosen

@@ -28,6 +28,9 @@ pub(crate) struct Start {
 /// linear model is best.
 const RELINEARISATIONS: usize = 1;
 
+/// Standard deviations by which a nuisance parameter usually is off.
+const USUAL: f64 = 1.0;
+
 /// Every start of every effect that this record can tell from nothing.
 pub(crate) fn starts(base: &Base<'_>, progress: &dyn Progress) -> Vec<Start> {
     let placements = placements_on(base);
@@ -88,9 +91,10 @@ impl<'a> Base<'a> {
     fn starts_of(&self, placement: Placement) -> Vec<Start> {
         let walker = self.with(vec![placement]);
         let record = self.setting.observation.record;
-        let values = placement
+        let mut values = placement
             .effect
             .starts(placement.place, &self.reference.model, record);
+        values.extend(self.standing_for_nuisances(placement, &walker));
         let count = walker.dimension() - walker.nuisances();
         if count == 1 && !placement.effect.is_of_sensing() {
             return self.by_secants(&walker, placement, values);
@@ -99,6 +103,30 @@ impl<'a> Base<'a> {
             .into_iter()
             .filter_map(|values| self.by_tangents(&walker, placement, values));
         tangents.collect()
+    }
+
+    /// Values with which an effect does what the nuisance parameters do that it replaces, where the reference has an
+    /// unusual one: it was taken for the effect, whose prior is wider.
+    fn standing_for_nuisances(
+        &self,
+        placement: Placement,
+        walker: &Walker<'a>,
+    ) -> Option<Vec<f64>> {
+        let Setting {
+            nuisance: prior,
+            observation,
+            ..
+        } = self.setting;
+        let (from, to) = (walker.nominal(), &self.reference.model);
+        let replaced = placement.effect.replaces(placement.place);
+        let is_unusual = replaced.iter().any(|nuisance| {
+            let z_score = nuisance.z_score(&prior.settings, observation.record, from, to);
+            z_score.abs() > USUAL
+        });
+        let changes: Vec<f64> = replaced.iter().map(|one| one.change(from, to)).collect();
+        is_unusual
+            .then(|| placement.effect.standing_for(&changes))
+            .flatten()
     }
 
     /// One walk for each start; slopes lead to the nearest other one, or to where the effect is

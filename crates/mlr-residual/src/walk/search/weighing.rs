@@ -9,13 +9,21 @@ use crate::{
     ln_mean,
     walk::{
         evidence::{Fit, LinearModel},
-        mean_walk::MeanWalks,
+        mean_walk::{DRAWS, MeanWalks},
         observation::{Observation, Whitening},
     },
 };
 
 /// Hypotheses with effects that are weighed so.
 const MOST: usize = 8;
+
+/// Walks that are drawn every time as long as hypotheses are looked for.
+const DRAWS_AT_FIRST: usize = 48;
+/// Robots that are so far behind the likeliest one are in question still: weighed again on equal terms, robots of one log
+/// have changed by up to 9 beside each other.
+const IN_QUESTION: f64 = 10.0;
+/// Hypotheses on each of these that are weighed again.
+const ON_EACH: usize = 4;
 
 /// Hypotheses by the mean of their walks, and others.
 pub(super) struct Weighed<'a> {
@@ -31,6 +39,25 @@ struct OnRobot<'a> {
     judged: Vec<Judged<'a>>,
     /// Those that are weighed next.
     waiting: Vec<Judged<'a>>,
+}
+
+impl OnRobot<'_> {
+    /// That of its most promising hypothesis.
+    fn ln_promise(&self) -> f64 {
+        let each = self.judged.iter().map(|one| one.ln_promise);
+        each.fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+impl Judged<'_> {
+    /// The same with so much more weight.
+    fn shifted(self, ln_weight: f64) -> Self {
+        Self {
+            ln_weight: self.ln_weight + ln_weight,
+            ln_promise: self.ln_promise + ln_weight,
+            ..self
+        }
+    }
 }
 
 impl<'a> Weighed<'a> {
@@ -51,7 +78,7 @@ impl<'a> Weighed<'a> {
         let known = |robot: &OnRobot<'a>| Arc::ptr_eq(&robot.base, base);
         let index = self.robots.iter().position(known).unwrap_or_else(|| {
             self.robots.push(OnRobot {
-                walks: base.mean_walks(of_means, generator),
+                walks: base.mean_walks(of_means, generator, DRAWS_AT_FIRST),
                 base: Arc::clone(base),
                 judged: Vec::new(),
                 waiting: Vec::new(),
@@ -82,13 +109,9 @@ impl<'a> Search<'a, '_> {
             self.weigh_waiting(robot, &[]);
         }
         let now = weighed.robots.iter().flat_map(|robot| &robot.judged);
-        let changes = now.zip(before).map(|(one, before)| one.ln_weight - before);
-        let changes: Vec<f64> = changes.filter(|change| change.is_finite()).collect();
-        let mean = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
-        for one in &mut weighed.others {
-            one.ln_weight += mean;
-            one.ln_promise += mean;
-        }
+        let change = mean_change(now, &before);
+        let others = std::mem::take(&mut weighed.others).into_iter();
+        weighed.others = others.map(|one| one.shifted(change)).collect();
         weighed
     }
 
@@ -108,6 +131,31 @@ impl<'a> Search<'a, '_> {
         let robot = weighed.robot(&first.base, self.of_means, self.generator);
         robot.waiting = on_one_robot;
         self.weigh_waiting(robot, compared_with);
+    }
+
+    /// The same, where the robots that are in question are weighed by as many walks each, about the parameters that
+    /// were found.
+    ///
+    /// What was looked at longer has more walks, and nearer to where they matter: it seems likelier for that alone.
+    pub(super) fn on_equal_terms(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
+        let best = weighed.robots.iter().map(OnRobot::ln_promise);
+        let least = best.fold(f64::NEG_INFINITY, f64::max) - IN_QUESTION;
+        let in_question = |robot: &&mut OnRobot<'a>| robot.ln_promise() > least;
+        for robot in weighed.robots.iter_mut().filter(in_question) {
+            let mut known = std::mem::take(&mut robot.judged);
+            sort_judged(&mut known);
+            let fallen_behind = known.split_off(ON_EACH.min(known.len()));
+            let before: Vec<f64> = known.iter().map(|one| one.ln_weight).collect();
+            self.progress.expect_more(known.len());
+            robot.walks = robot.base.mean_walks(self.of_means, self.generator, DRAWS);
+            robot.waiting = known;
+            self.weigh_waiting(robot, &[]);
+            let change = mean_change(&robot.judged, &before);
+            weighed
+                .others
+                .extend(fallen_behind.into_iter().map(|one| one.shifted(change)));
+        }
+        weighed
     }
 
     /// Weighs what is waiting on a robot by what the walks of the others on it tell too, and those others again: by
@@ -162,6 +210,17 @@ pub(super) fn ln_gain_of_unknown(fit: &Fit, usual: &Whitening, with_unknown: &[W
         model.ln_evidence(whitening).0
     };
     ln_mean(with_unknown.iter().map(ln), with_unknown.len()) - ln(usual)
+}
+
+/// By how much the weights of hypotheses have changed in the mean, those left out that have none any more.
+fn mean_change<'j, 'a: 'j>(
+    now: impl IntoIterator<Item = &'j Judged<'a>>,
+    ln_weights_before: &[f64],
+) -> f64 {
+    let each = now.into_iter().zip(ln_weights_before);
+    let changes = each.map(|(one, before)| one.ln_weight - before);
+    let changes: Vec<f64> = changes.filter(|change| change.is_finite()).collect();
+    changes.iter().sum::<f64>() / changes.len().max(1) as f64
 }
 
 /// The likeliest fit of each hypothesis, the likeliest hypothesis first.

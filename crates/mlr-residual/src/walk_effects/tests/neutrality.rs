@@ -3,6 +3,7 @@
 use mlr_model::{Fault, Payload};
 
 use super::*;
+use crate::walk::NuisanceSettings;
 
 /// Thousandths of what a sensor resolves.
 const PRECISION_DEG: f64 = 1e-6;
@@ -77,4 +78,52 @@ fn only_a_stuck_joint_has_no_neutral_value() {
             effect.kind()
         );
     }
+}
+
+#[test]
+fn an_effect_does_what_the_nuisance_parameters_do_that_it_stands_for() {
+    let (model, walks) = (busy(), Walks::lasting(3.0));
+    let plain = walks.of(&model);
+    let whole = 0..plain.yaw.len();
+    let settings = NuisanceSettings::default();
+    let mut standing: Vec<&str> = Vec::new();
+    for (effect, place) in kinds() {
+        let replaced = effect.replaces(place);
+        let mut unusual = model.clone();
+        // A clock that differs shifts the walk in time, and does not let the feet move faster: both are alike where
+        // the shift is large beside that.
+        let (times, most) = match effect.kind() {
+            "gait_period" => (10.0, 0.5),
+            _ => (1.0, 1e-6),
+        };
+        for (nuisance, z_score) in replaced.iter().zip([2.0, -1.5, 1.0]) {
+            nuisance.apply(&settings, times * z_score, &walks.record, &mut unusual);
+        }
+        let changes = replaced.iter().map(|one| one.change(&model, &unusual));
+        let changes: Vec<f64> = changes.collect();
+        let Some(values) = effect.standing_for(&changes) else {
+            continue;
+        };
+        standing.push(effect.kind());
+        let by_nuisance = walks.of(&unusual);
+        let by_effect = walks.of(&changed(model.clone(), effect.kind(), place, &values));
+        let change_deg = rms(&less(&by_nuisance, &plain), whole.clone());
+        assert!(change_deg > 1e-3, "{}: {change_deg}", effect.kind());
+        let apart_deg = rms(&less(&by_effect, &by_nuisance), whole.clone());
+        assert!(
+            apart_deg < most * change_deg + PRECISION_DEG,
+            "{}: {apart_deg} of {change_deg}",
+            effect.kind()
+        );
+    }
+    standing.sort_unstable();
+    let expected = [
+        "friction",
+        "gait_period",
+        "gyro_scale",
+        "imu_misalignment",
+        "joint_offset",
+        "servo_stiffness",
+    ];
+    assert_eq!(standing, expected);
 }
