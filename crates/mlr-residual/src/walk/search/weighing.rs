@@ -133,8 +133,7 @@ impl<'a> Search<'a, '_> {
         self.weigh_waiting(robot, compared_with);
     }
 
-    /// The same, where the robots that are in question are weighed by as many walks each, about the parameters that
-    /// were found.
+    /// Weighs the robots that are in question again, by as many walks each, about the parameters that were found.
     ///
     /// What was looked at longer has more walks, and nearer to where they matter: it seems likelier for that alone.
     pub(super) fn on_equal_terms(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
