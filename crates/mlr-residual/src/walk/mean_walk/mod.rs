@@ -59,8 +59,6 @@ pub(crate) struct MeanWalks<'w, 'a> {
     whitening: Whitening,
     /// Change of the prediction per unit of each of the robot's own coordinates, as known before.
     known: DMatrix<f64>,
-    /// Walks that are drawn every time.
-    draws: usize,
     /// Every hypothesis takes its draws from the same: what differs is the hypothesis.
     generator: ChaCha8Rng,
 }
@@ -75,14 +73,13 @@ struct Sampled<'a> {
 
 impl<'w, 'a> MeanWalks<'w, 'a> {
     /// Of no hypothesis yet. `whitening` is for errors of single walks; `known` has the sensitivities of the
-    /// robot's own coordinates, by which robots of one make spread so far. About `draws` walks are drawn every time.
+    /// robot's own coordinates, by which robots of one make spread so far.
     pub(crate) fn new(
         known: DMatrix<f64>,
         spread: Spread,
         whitening: Whitening,
         of_means: &'w Observation<'w>,
         generator: ChaCha8Rng,
-        draws: usize,
     ) -> Self {
         Self {
             hypotheses: Vec::new(),
@@ -91,7 +88,6 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
             spread,
             whitening,
             known,
-            draws,
             generator,
         }
     }
@@ -109,7 +105,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
     /// Draws walks of further hypotheses about their fits to single ones, and fits the means of all: those known
     /// before count by what the new walks tell of them, too. Of those known that the new ones are compared with, `anew`,
     /// walks are drawn again in place of the first ones: else one that was weighed when less was known of the robot
-    /// would seem to fit worse.
+    /// would seem to fit worse. About `draws` walks are drawn every time, of all these together.
     ///
     /// What the means get wrong is found from the walks of the first hypotheses, and stays: of more walks it would be
     /// another covariance, and robots with many hypotheses would be weighed otherwise than those with few.
@@ -117,6 +113,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         &mut self,
         fitted: impl IntoIterator<Item = (&'f Walker<'a>, &'f Fit)>,
         anew: &[usize],
+        draws: usize,
     ) where
         'a: 'f,
     {
@@ -132,7 +129,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         for index in anew {
             self.walks[*index].draws.clear();
         }
-        let each = (self.draws / drawn.len().max(1)).max(LEAST_DRAWS);
+        let each = (draws / drawn.len().max(1)).max(LEAST_DRAWS);
         for time in 0..TIMES {
             let draws: Vec<Option<Vec<Draw>>> = drawn
                 .par_iter()

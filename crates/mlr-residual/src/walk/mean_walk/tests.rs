@@ -151,10 +151,11 @@ fn hypotheses_that_are_added_later_are_weighed_for_the_same_errors() {
     let averaged = |groups: &[&[usize]]| -> Vec<f64> {
         let generator = ChaCha8Rng::seed_from_u64(0);
         let (known, whitening) = (jacobian.clone(), whitening.clone());
-        let mut walks = MeanWalks::new(known, spread, whitening, &of_means, generator, DRAWS);
+        let mut walks = MeanWalks::new(known, spread, whitening, &of_means, generator);
         for group in groups {
             let weighed: Vec<usize> = (0..walks.fits().count()).collect();
-            walks.average(group.iter().map(|k| (&walkers[*k], &fits[*k])), &weighed);
+            let fitted = group.iter().map(|k| (&walkers[*k], &fits[*k]));
+            walks.average(fitted, &weighed, DRAWS);
         }
         walks.fits().map(|fit| fit.unwrap().ln_evidence).collect()
     };

@@ -10,7 +10,7 @@ use crate::walk::{
     discrepancy::{Compared, Spread},
     evidence::{Fit, ln_evidence},
     hypothesis::{Hypothesis, Placement, Walked, Walker},
-    mean_walk::{DRAWS, MeanWalks},
+    mean_walk::MeanWalks,
     observation::Whitening,
 };
 
@@ -126,7 +126,7 @@ impl<'a> Base<'a> {
         let walker = self.with(Vec::new());
         let spread = self.spread();
         let fit = self.fit(&walker);
-        let walks = self.mean_walks(of_means, generator, DRAWS);
+        let walks = self.mean_walks(of_means, generator);
         let scatter = walks.scatter(&walker, &fit);
         let compared = scatter.as_ref().map_or(Compared::Walk, Compared::WalkOf);
         let whitening = of_means.whitening(spread, compared)?;
@@ -134,16 +134,14 @@ impl<'a> Base<'a> {
         Some(self.at(fit, whitening))
     }
 
-    /// For hypotheses on this robot: all take the same draws, about so many together every time.
+    /// For hypotheses on this robot: all take the same draws.
     pub(crate) fn mean_walks<'w>(
         &self,
         of_means: &'w Observation<'w>,
         generator: &ChaCha8Rng,
-        draws: usize,
     ) -> MeanWalks<'w, 'a> {
         let (known, whitening) = (self.jacobian.clone(), self.whitening.clone());
-        let (spread, generator) = (self.spread(), generator.clone());
-        MeanWalks::new(known, spread, whitening, of_means, generator, draws)
+        MeanWalks::new(known, self.spread(), whitening, of_means, generator.clone())
     }
 
     /// How far robots of one make spread in its walk.

@@ -78,23 +78,20 @@ impl<'a> Search<'a, '_> {
         let simulated = Simulated::new(&one.fit, &one.base.whitening);
         let likeliest_starts = self.likeliest_beside(one, &simulated, starts, weighed);
         self.progress.expect_more(likeliest_starts.len());
-        let walked = likeliest_starts.par_iter().filter_map(|(start, _)| {
+        let walked = likeliest_starts.par_iter().map(|(start, _)| {
             let extended = self.extended(one, &simulated, start);
             self.progress.advance();
             extended
         });
-        let mut walked: Vec<Judged<'a>> = walked.collect();
+        let mut walked: Vec<Option<Judged<'a>>> = walked.collect();
         let single = self.by_single_walk(one);
         let promises = |ln_weight: f64| one.ln_weight + ln_weight - single.ln_weight > least;
         // A single walk is rough: what promises most by extrapolation from a mean of walks is not lost by one.
-        let first = likeliest_starts.first();
-        let first = first.filter(|(_, ln_weight)| promises(*ln_weight));
-        let is_first = |other: &Judged<'a>| {
-            let added = other.walker.hypothesis.effects.last();
-            first.is_some_and(|(start, _)| added == Some(&start.placement))
+        let first = match likeliest_starts.first() {
+            Some((_, ln_weight)) if promises(*ln_weight) => walked[0].take(),
+            _ => None,
         };
-        let first = walked.iter().position(is_first);
-        let first = first.map(|index| walked.remove(index));
+        let mut walked: Vec<Judged<'a>> = walked.into_iter().flatten().collect();
         sort_judged(&mut walked);
         walked.truncate(self.effort.neighbours.div_ceil(2));
         let mut promising = self.each(walked, |one| Some(self.advanced(one)));

@@ -37,8 +37,6 @@ struct OnRobot<'a> {
     base: Arc<Base<'a>>,
     walks: MeanWalks<'a, 'a>,
     judged: Vec<Judged<'a>>,
-    /// Those that are weighed next.
-    waiting: Vec<Judged<'a>>,
 }
 
 impl OnRobot<'_> {
@@ -78,10 +76,9 @@ impl<'a> Weighed<'a> {
         let known = |robot: &OnRobot<'a>| Arc::ptr_eq(&robot.base, base);
         let index = self.robots.iter().position(known).unwrap_or_else(|| {
             self.robots.push(OnRobot {
-                walks: base.mean_walks(of_means, generator, DRAWS_AT_FIRST),
+                walks: base.mean_walks(of_means, generator),
                 base: Arc::clone(base),
                 judged: Vec::new(),
-                waiting: Vec::new(),
             });
             self.robots.len() - 1
         });
@@ -101,12 +98,13 @@ impl<'a> Search<'a, '_> {
         };
         for one in chosen {
             let robot = weighed.robot(&one.base, self.of_means, self.generator);
-            robot.waiting.push(one);
+            robot.judged.push(one);
         }
-        let before = weighed.robots.iter().flat_map(|robot| &robot.waiting);
+        let before = weighed.robots.iter().flat_map(|robot| &robot.judged);
         let before: Vec<f64> = before.map(|one| one.ln_weight).collect();
         for robot in &mut weighed.robots {
-            self.weigh_waiting(robot, &[]);
+            let on_it = std::mem::take(&mut robot.judged);
+            self.weigh_on(robot, on_it, &[], DRAWS_AT_FIRST);
         }
         let now = weighed.robots.iter().flat_map(|robot| &robot.judged);
         let change = mean_change(now, &before);
@@ -129,8 +127,7 @@ impl<'a> Search<'a, '_> {
         let is_new = |other: &Judged<'a>| !on_one_robot.iter().any(|one| one.is_same(other));
         weighed.others.retain(is_new);
         let robot = weighed.robot(&first.base, self.of_means, self.generator);
-        robot.waiting = on_one_robot;
-        self.weigh_waiting(robot, compared_with);
+        self.weigh_on(robot, on_one_robot, compared_with, DRAWS_AT_FIRST);
     }
 
     /// Weighs the robots that are in question again, by as many walks each, about the parameters that were found.
@@ -146,9 +143,8 @@ impl<'a> Search<'a, '_> {
             let fallen_behind = known.split_off(ON_EACH.min(known.len()));
             let before: Vec<f64> = known.iter().map(|one| one.ln_weight).collect();
             self.progress.expect_more(known.len());
-            robot.walks = robot.base.mean_walks(self.of_means, self.generator, DRAWS);
-            robot.waiting = known;
-            self.weigh_waiting(robot, &[]);
+            robot.walks = robot.base.mean_walks(self.of_means, self.generator);
+            self.weigh_on(robot, known, &[], DRAWS);
             let change = mean_change(&robot.judged, &before);
             weighed
                 .others
@@ -157,19 +153,24 @@ impl<'a> Search<'a, '_> {
         weighed
     }
 
-    /// Weighs what is waiting on a robot by what the walks of the others on it tell too, and those others again: by
-    /// new walks where the waiting ones are compared with them.
-    fn weigh_waiting(&self, robot: &mut OnRobot<'a>, compared_with: &[Judged<'a>]) {
-        let waiting = std::mem::take(&mut robot.waiting);
-        let fitted = waiting.iter().map(|one| (&one.walker, &one.fit));
+    /// Weighs further hypotheses on a robot by what the walks of the others on it tell too, and those others again: by
+    /// new walks where the further ones are compared with them. About `draws` walks are drawn every time.
+    fn weigh_on(
+        &self,
+        robot: &mut OnRobot<'a>,
+        further: Vec<Judged<'a>>,
+        compared_with: &[Judged<'a>],
+        draws: usize,
+    ) {
+        let fitted = further.iter().map(|one| (&one.walker, &one.fit));
         let is_compared = |index: &usize| {
             let known = &robot.judged[*index];
             compared_with.iter().any(|one| one.is_same(known))
         };
         let anew: Vec<usize> = (0..robot.judged.len()).filter(is_compared).collect();
-        robot.walks.average(fitted, &anew);
-        waiting.iter().for_each(|_| self.progress.advance());
-        robot.judged.extend(waiting);
+        robot.walks.average(fitted, &anew, draws);
+        further.iter().for_each(|_| self.progress.advance());
+        robot.judged.extend(further);
         self.judge_by_means(robot);
     }
 
