@@ -101,7 +101,7 @@ pub struct Effort {
     /// Hypotheses that are walked at all, of those whose linear models promise most.
     pub entrants: usize,
     /// Hypotheses with an effect more than the likeliest one that are walked over the whole stretch: half of
-    /// them take a step from there, and a quarter are weighed.
+    /// them take a step from there, and a quarter are weighed, besides the likeliest by extrapolation.
     pub neighbours: usize,
     /// Hypotheses with effects beside which those that are not worth a walk are weighed.
     pub extended: usize,
