@@ -117,7 +117,7 @@ pub(crate) fn signal(process: u32, name: &str) {
 
 /// Ends a test that waits for what will never come. No computer takes so long for anything
 /// that is waited for here.
-pub(crate) const HANG: Duration = Duration::from_secs(30 * 60);
+pub(crate) const HANG: Duration = Duration::from_secs(10 * 60);
 
 /// Settings with which an identification and the search for a recovery gait do the least that they can:
 /// a few seconds of work each.

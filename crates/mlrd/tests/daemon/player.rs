@@ -1,7 +1,7 @@
 //! Plays a log as the bytes that a sensor would have sent.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{BufReader, Write},
     path::{Path, PathBuf},
     thread,
@@ -209,7 +209,9 @@ pub(crate) fn corrupt(frames: &mut [Frame]) {
     }
 }
 
-/// A pseudo-terminal that appears under a name, and can be unplugged.
+/// A pseudo-terminal that appears under a name, and can be unplugged. Its name goes before it does:
+/// the system gives its number to the next one that is opened, which a daemon that still looks for the
+/// name would take from another test.
 pub(crate) struct Line {
     link: PathBuf,
     ends: Option<(TTYPort, TTYPort)>,
@@ -233,8 +235,14 @@ impl Line {
     }
 
     pub(crate) fn unplug(&mut self) {
-        let _ = std::fs::remove_file(&self.link);
-        self.ends = None;
+        let Some((_master, slave)) = self.ends.take() else {
+            return;
+        };
+        let name = slave.name().map(PathBuf::from);
+        // The name may be another line's by now.
+        if fs::read_link(&self.link).ok() == name {
+            let _ = fs::remove_file(&self.link);
+        }
     }
 
     /// Sends as fast as the line takes it.
@@ -254,6 +262,12 @@ impl Line {
         if let Some((master, _)) = &mut self.ends {
             master.write_all(bytes).unwrap();
         }
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        self.unplug();
     }
 }
 
