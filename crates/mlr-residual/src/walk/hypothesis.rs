@@ -62,6 +62,16 @@ enum Coordinate {
     },
 }
 
+impl Coordinate {
+    /// The nuisance parameter that it is, or would be without an effect that replaces it.
+    fn nuisance(&self) -> Option<&Nuisance> {
+        match self {
+            Self::Nuisance(nuisance) | Self::Replaced(nuisance) => Some(nuisance),
+            Self::Effect { .. } => None,
+        }
+    }
+}
+
 /// A hypothesis with everything needed to predict its walk.
 #[derive(Debug, Clone)]
 pub(crate) struct Walker<'a> {
@@ -205,22 +215,35 @@ impl<'a> Walker<'a> {
         of_deviations
     }
 
-    /// Sensitivities like those of another robot, as far as both have the same nuisance parameters: the others change
-    /// nothing.
+    /// Sensitivities like those of another robot, as far as both have the same parameters: the others change nothing.
     pub(crate) fn with_slopes_of(&self, other: &Self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
         let of_other = other.unmixed(jacobian.clone());
         let mut slopes = DMatrix::zeros(jacobian.nrows(), self.dimension());
-        for (k, coordinate) in self.coordinates.iter().enumerate() {
-            let Coordinate::Nuisance(nuisance) = coordinate else {
-                continue;
-            };
-            let is_same =
-                |one: &Coordinate| matches!(one, Coordinate::Nuisance(known) if known == nuisance);
-            if let Some(known) = other.coordinates.iter().position(is_same) {
-                slopes.column_mut(k).copy_from(&of_other.column(known));
-            }
+        for (k, known) in self.same_in(other) {
+            slopes.column_mut(k).copy_from(&of_other.column(known));
         }
         self.mixed(slopes)
+    }
+
+    /// Indices of parameters that change something, with those of the same parameters of another hypothesis.
+    fn same_in(&self, other: &Self) -> impl Iterator<Item = (usize, usize)> {
+        let placed = |walker: &Self, effect: usize| walker.hypothesis.effects[effect];
+        let is_same = move |own: &Coordinate, others: &Coordinate| match (own, others) {
+            (Coordinate::Nuisance(own), Coordinate::Nuisance(others)) => own == others,
+            (
+                Coordinate::Effect { effect, parameter },
+                Coordinate::Effect {
+                    effect: of_other,
+                    parameter: others,
+                },
+            ) => placed(self, *effect) == placed(other, *of_other) && parameter.name == others.name,
+            _ => false,
+        };
+        let each = self.coordinates.iter().enumerate();
+        each.filter_map(move |(k, own)| {
+            let known = other.coordinates.iter().position(|one| is_same(own, one))?;
+            Some((k, known))
+        })
     }
 
     /// The reverse of [`Self::mixed`].
@@ -271,18 +294,23 @@ impl<'a> Walker<'a> {
         z
     }
 
-    /// Coordinates of this hypothesis where its robot's own parameters are those that another hypothesis on
-    /// the same robot has found at `z`: what the other's effects have in place of nuisance parameters is
-    /// theirs here. Those of its effects are 0.
+    /// Coordinates of this hypothesis where its robot's own parameters are those that another hypothesis has found at
+    /// `z`: what the other's effects have in place of nuisance parameters is theirs here, what the other's robot does
+    /// not have stays as described, and effects of both keep their values. Coordinates of further effects are 0.
     pub(crate) fn with_parameters_of(&self, other: &Self, z: &DVector<f64>) -> DVector<f64> {
-        let mut deviations = other.deviations(z);
+        let found = other.deviations(z);
         let (without, with) = (other.without_effects_model(z), other.model(z));
         let (settings, record) = (&other.prior.settings, other.observation.record);
-        for (deviation, coordinate) in deviations.iter_mut().zip(&other.coordinates) {
-            if let Coordinate::Replaced(nuisance) = coordinate {
-                *deviation = nuisance.z_score(settings, record, &without, &with);
-            }
-        }
+        let of_other = |nuisance: &Nuisance| -> f64 {
+            let mut each = other.coordinates.iter().zip(&found);
+            let known = each.find(|(one, _)| one.nuisance() == Some(nuisance));
+            known.map_or(0.0, |(one, deviation)| match one {
+                Coordinate::Replaced(_) => nuisance.z_score(settings, record, &without, &with),
+                _ => *deviation,
+            })
+        };
+        let own = self.coordinates.iter().filter_map(Coordinate::nuisance);
+        let deviations = DVector::from_iterator(self.nuisances(), own.map(of_other));
         let own = match &self.mixing {
             Some(mixing) => mixing.solve_lower_triangular(&deviations),
             None => None,
@@ -290,6 +318,9 @@ impl<'a> Walker<'a> {
         let mut coordinates = own
             .unwrap_or(deviations)
             .resize_vertically(self.dimension(), 0.0);
+        for (k, known) in self.same_in(other).filter(|(k, _)| *k >= self.nuisances()) {
+            coordinates[k] = z[known];
+        }
         self.clamp(&mut coordinates);
         coordinates
     }

@@ -155,15 +155,72 @@ fn what_an_effect_has_in_place_of_a_parameter_is_that_parameter_without_it() {
             assert!(off(&unlike) > 1e-3, "{kind} changes nothing");
             let (alike, unlike) = (off(&alike), off(&unlike));
             assert!(alike < share * unlike, "{kind}: {alike} of {unlike}");
-            // With the effect, its own value stays.
+            // With the effect, all stay.
             let again = with_effect.with_parameters_of(&with_effect, &z);
-            let own = 0..bare.dimension();
+            let own = 0..with_effect.dimension();
             assert!(
                 own.into_iter().all(|k| (again[k] - z[k]).abs() < 1e-9),
                 "{kind}"
             );
         });
     }
+}
+
+#[test]
+fn another_robot_takes_what_both_have_and_nothing_else() {
+    with_walker(&[("friction", Place::Robot), WEAK], |whole| {
+        let lost = Hypothesis {
+            morphology: whole.hypothesis.morphology.clone().without_leg(4),
+            lost_links: LostLinks::Locked,
+            effects: placed(&[WEAK, DELAY]),
+        };
+        let (observation, prior) = (whole.observation, whole.prior);
+        let other = Walker::new(lost, observation, prior, &whole.nominal);
+        let mut z = whole.described(&[vec![-0.1], vec![-0.4]]);
+        for k in 0..whole.nuisances() {
+            z[k] = 0.1 * (k as f64 + 1.0);
+        }
+        whole.clamp(&mut z);
+        let taken = other.with_parameters_of(whole, &z);
+        // Its joint zeros are those of the same joints: leg 5 has none that show.
+        let zeros = |walker: &Walker<'_>, z: &DVector<f64>| -> Vec<f64> {
+            let deviations = walker.deviations(z);
+            let each = walker.coordinates.iter().zip(&deviations);
+            let of_legs = |leg: usize| {
+                let each = each.clone();
+                each.filter_map(move |(one, deviation)| match one.nuisance()?.parameter() {
+                    Some(RobotParameter::JointZero { leg: l, .. }) => {
+                        (l == leg).then_some(*deviation)
+                    }
+                    _ => None,
+                })
+            };
+            [0, 1, 2, 3, 5].into_iter().flat_map(of_legs).collect()
+        };
+        assert!(!zeros(whole, &z).is_empty());
+        assert_eq!(zeros(&other, &taken), zeros(whole, &z));
+        assert!(other.nuisances() < whole.nuisances());
+        // Friction is what the effect made of it; the weak leg is as weak; there was no delay.
+        assert_eq!(other.values(&taken)[0], whole.values(&z)[1]);
+        assert_eq!(
+            taken[other.dimension() - 1],
+            other.described(&[])[other.dimension() - 1]
+        );
+        let friction = |model: WalkModel| model.simulation.contact.friction;
+        let (own, of_whole) = (friction(other.model(&taken)), friction(whole.model(&z)));
+        assert!((own - of_whole).abs() < 1e-9, "{own} {of_whole}");
+        assert!((of_whole - friction(whole.nominal.clone())).abs() > 0.05);
+        // The same of sensitivities, which say by column whose they are.
+        let rows = 3;
+        let marked = DMatrix::from_fn(rows, whole.dimension(), |_, k| k as f64 + 1.0);
+        let slopes = other.with_slopes_of(whole, &marked);
+        let of_weak = marked[(0, whole.dimension() - 1)];
+        assert_eq!(slopes[(0, other.nuisances())], of_weak);
+        assert_eq!(slopes[(0, other.dimension() - 1)], 0.0);
+        let shared = (0..other.nuisances()).filter(|k| slopes[(0, *k)] != 0.0);
+        // All but friction, which an effect replaces on the whole robot, and the delay, which one replaces on the other.
+        assert_eq!(shared.count(), other.nuisances() - 2);
+    });
 }
 
 const WEAK: (&str, Place) = ("weak_leg", Place::Leg(2));

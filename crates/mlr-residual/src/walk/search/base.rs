@@ -149,11 +149,24 @@ impl<'a> Base<'a> {
         self.with(Vec::new()).spread(&self.jacobian)
     }
 
+    /// The robot of `walker`, which has no effects, at its most probable walk, begun from these parameters.
+    pub(crate) fn at_walk(
+        walker: &Walker<'a>,
+        setting: Setting<'a>,
+        z: DVector<f64>,
+        ln_prior: f64,
+    ) -> Option<Self> {
+        Self::begun(walker, setting, z, REFERENCE_STEPS, ln_prior, None)?.settled()
+    }
+
     /// The same robot at its most probable walk over another stretch, begun from these parameters.
     pub(crate) fn continued(&self, setting: Setting<'a>, z: DVector<f64>) -> Option<Self> {
         let walker = setting.walker(self.with(Vec::new()).hypothesis);
-        let (ln_prior, only_leg) = (self.ln_prior, self.only_leg);
-        Self::begun(&walker, setting, z, REFERENCE_STEPS, ln_prior, only_leg)?.settled()
+        let continued = Self::at_walk(&walker, setting, z, self.ln_prior)?;
+        Some(Self {
+            only_leg: self.only_leg,
+            ..continued
+        })
     }
 
     /// Its fit as that of the hypothesis of `walker`, which has no effects.

@@ -96,7 +96,7 @@ impl<'a> Search<'a, '_> {
 
     /// Logarithm of the weight of a base without effects.
     pub(super) fn ln_weight_of(&self, base: &Base<'a>) -> f64 {
-        base.ln_evidence() + self.ln_prior(base, &base.with(Vec::new()))
+        base.ln_evidence() + self.ln_prior(base.ln_prior, &base.with(Vec::new()))
     }
 
     pub(super) fn without_effects(&self, bases: &[Arc<Base<'a>>]) -> Vec<Judged<'a>> {

@@ -5,6 +5,7 @@ mod bases;
 pub(crate) mod earlier;
 mod extrapolation;
 mod neighbours;
+mod other_links;
 pub(crate) mod prior;
 mod proposals;
 mod race;
@@ -31,7 +32,7 @@ use self::{
 };
 use super::{
     evidence::Fit,
-    hypothesis::{Placement, Walker},
+    hypothesis::{Hypothesis, Placement, Walker},
     observation::Observation,
 };
 use crate::Progress;
@@ -190,7 +191,7 @@ impl<'a> Search<'a, '_> {
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
         let weighed = match self.effort.neighbours {
             0 => weighed,
-            _ => self.with_neighbours(weighed),
+            _ => self.with_neighbours(self.with_other_links(weighed)),
         };
         let fitted = self.on_equal_terms(weighed).all();
         Searched {
@@ -201,13 +202,17 @@ impl<'a> Search<'a, '_> {
 
     /// What turns the logarithm of a hypothesis' evidence, whose parameters have standard normal
     /// priors, into that of its weight.
-    fn ln_prior(&self, base: &Base<'_>, walker: &Walker<'_>) -> f64 {
-        let effects = &walker.hypothesis.effects;
-        base.ln_prior
-            + self.prior.ln_lost_links(&base.morphology, base.lost_links)
+    fn ln_prior(&self, ln_morphology: f64, walker: &Walker<'_>) -> f64 {
+        let Hypothesis {
+            morphology,
+            lost_links,
+            effects,
+        } = &walker.hypothesis;
+        ln_morphology
+            + self.prior.ln_lost_links(morphology, *lost_links)
             + self
                 .prior
-                .ln_effects(effects, self.kinds, self.setting.nominal, &base.morphology)
+                .ln_effects(effects, self.kinds, self.setting.nominal, morphology)
             + self.known.ln_effects(effects, &self.prior, self.kinds)
             + walker.ln_truncation()
     }
@@ -230,7 +235,7 @@ impl<'a> Search<'a, '_> {
         fit: Fit,
         ln_gain_of_unknown: Option<f64>,
     ) -> Judged<'a> {
-        let ln_weight = fit.ln_evidence + self.ln_prior(base, &walker);
+        let ln_weight = fit.ln_evidence + self.ln_prior(base.ln_prior, &walker);
         // What cannot be weighed is not in question.
         let ln_weight = if ln_weight.is_nan() {
             f64::NEG_INFINITY

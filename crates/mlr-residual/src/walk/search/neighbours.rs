@@ -58,7 +58,7 @@ impl<'a> Search<'a, '_> {
             let least = likeliest.ln_weight + LEAST_SHARE.ln();
             let beside = |one| self.promising_beside(one, starts, &all, least);
             let mut group: Vec<Judged<'a>> = looked_at.iter().flat_map(beside).collect();
-            let not_weighed = |one: &&Judged<'a>| one.ln_gain_of_unknown.is_none();
+            let not_weighed = |one: &&Judged<'a>| !one.is_weighed();
             group.extend(looked_at.iter().filter(not_weighed).cloned());
             self.progress.expect_more(group.len());
             self.weigh_too(&mut weighed, group, &looked_at);
@@ -103,7 +103,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// A hypothesis as those are judged that were not weighed by the mean of their walks.
-    fn by_single_walk(&self, one: &Judged<'a>) -> Judged<'a> {
+    pub(super) fn by_single_walk(&self, one: &Judged<'a>) -> Judged<'a> {
         let Judged {
             base, walker, fit, ..
         } = one;
@@ -135,7 +135,7 @@ impl<'a> Search<'a, '_> {
             }
             let linear = simulated.with(&[start], &walker, false);
             let (ln_evidence, _) = linear.ln_evidence(&base.whitening);
-            Some((start, ln_evidence + self.ln_prior(base, &walker)))
+            Some((start, ln_evidence + self.ln_prior(base.ln_prior, &walker)))
         };
         let mut ranked: Vec<(&Start, f64)> = starts.par_iter().filter_map(extrapolated).collect();
         ranked.sort_by(|a, b| b.1.total_cmp(&a.1));

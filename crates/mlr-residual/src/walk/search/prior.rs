@@ -135,7 +135,7 @@ mod tests {
             let effect = find(kind).unwrap();
             let effects = vec![Placement { effect, place }];
             let counted = search.prior.ln_effects(&effects, 10, &nominal, &morphology);
-            search.ln_prior(&base, &base.with(effects)) - base.ln_prior - counted
+            search.ln_prior(base.ln_prior, &base.with(effects)) - base.ln_prior - counted
         };
         // Bounds at -3.43 and 1.57 standard deviations leave 0.9417 of the distribution.
         let weak = beyond_counting("weak_leg", Place::Leg(2));

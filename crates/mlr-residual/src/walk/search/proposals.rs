@@ -73,7 +73,7 @@ impl<'a> Search<'a, '_> {
         Proposal {
             base,
             starts,
-            ln_weight: linear.ln_evidence(whitening).0 + self.ln_prior(&on.base, &walker),
+            ln_weight: linear.ln_evidence(whitening).0 + self.ln_prior(on.base.ln_prior, &walker),
         }
     }
 }

@@ -237,4 +237,9 @@ impl Judged<'_> {
         Arc::ptr_eq(&self.base, &other.base)
             && self.walker.hypothesis.effects == other.walker.hypothesis.effects
     }
+
+    /// Whether it is weighed by the mean of its walks.
+    pub(super) fn is_weighed(&self) -> bool {
+        self.ln_gain_of_unknown.is_some()
+    }
 }

@@ -68,14 +68,14 @@ impl<'a> Search<'a, '_> {
             &fit.jacobian,
         );
         let known = &judged.walker.hypothesis.effects;
-        let prior_without = self.ln_prior(base, &judged.walker);
+        let prior_without = self.ln_prior(base.ln_prior, &judged.walker);
         let simulated = Simulated::new(fit, &base.whitening);
         let with = |start: &Start| -> Unfitted<'a> {
             let walker = base.with_added(&judged.walker, start.placement);
             let linear = simulated.with(&[start], &walker, false);
             let (ln_with, mut coordinates) = linear.ln_evidence(&base.whitening);
             walker.clamp(&mut coordinates);
-            let ln_prior = self.ln_prior(base, &walker) - prior_without;
+            let ln_prior = self.ln_prior(base.ln_prior, &walker) - prior_without;
             Unfitted {
                 walker,
                 coordinates,

@@ -123,7 +123,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// From the likeliest of these coordinates, so few steps on: the mean of its walks leads further.
-    fn fitted_from(
+    pub(super) fn fitted_from(
         &self,
         base: &Arc<Base<'a>>,
         walker: Walker<'a>,
