@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
 use super::{
@@ -19,49 +18,9 @@ pub(super) struct Bases<'a> {
 
 impl<'a> Search<'a, '_> {
     pub(super) fn bases(&self, suspects: &[Suspect]) -> Bases<'a> {
-        let both = [LostLinks::Absent, LostLinks::Locked];
-        let healthy = suspects.first().map(|first| {
-            let morphology = Morphology::healthy(&first.morphology.layout());
-            Suspect {
-                ln_prior: (self.known.ln_morphology)(&morphology),
-                morphology,
-            }
-        });
-        let is_healthy = |suspect: &&Suspect| suspect.morphology.is_healthy();
-        // A robot that lacks no link is likelier than any other, whatever the identification says.
-        let wanted: Vec<(&Suspect, LostLinks)> = healthy
-            .iter()
-            .chain(suspects.iter().filter(|suspect| !is_healthy(suspect)))
-            .flat_map(|suspect| {
-                let states = if suspect.morphology.is_healthy() {
-                    &both[..1]
-                } else {
-                    &both[..]
-                };
-                states.iter().map(move |state| (suspect, *state))
-            })
-            .take(1 + 4 * self.effort.bases)
-            .collect();
-        self.progress.expect_more(wanted.len());
-        let first: Vec<Base<'a>> = wanted
-            .into_par_iter()
-            .filter_map(|(suspect, lost_links)| {
-                let base = Base::new(
-                    self.beginning,
-                    &suspect.morphology,
-                    lost_links,
-                    suspect.ln_prior,
-                    None,
-                );
-                self.progress.advance();
-                base
-            })
-            .collect();
         let weight = |base: &Base<'a>| self.ln_weight_of(base);
-        let mut ranked: Vec<(f64, Base<'a>)> = first
-            .into_iter()
-            .map(|base| (weight(&base), base))
-            .collect();
+        let begun = self.first_steps(suspects).into_iter();
+        let mut ranked: Vec<(f64, Base<'a>)> = begun.map(|base| (weight(&base), base)).collect();
         ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         let best = ranked.first().map_or(0.0, |(weight, _)| *weight);
         // A first step says little of robots that stand a long way from their description: the one

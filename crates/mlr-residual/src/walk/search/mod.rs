@@ -4,8 +4,9 @@ pub(crate) mod base;
 mod bases;
 pub(crate) mod earlier;
 mod extrapolation;
+mod first_steps;
 mod neighbours;
-mod other_links;
+mod other_robots;
 pub(crate) mod prior;
 mod proposals;
 mod race;
@@ -94,8 +95,8 @@ pub(crate) struct Searched<'a> {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Effort {
-    /// Morphologies that are fitted without effects, beside the one identified and the whole robot: of twice as
-    /// many, gone and locked, the likeliest after a step.
+    /// Robots that are fitted without effects, beside the one identified and the whole robot: of three times as many,
+    /// which promise most by single walks, the likeliest after a step.
     pub bases: usize,
     /// Sets of damaged legs on which every effect is screened.
     pub screened: usize,
@@ -191,7 +192,7 @@ impl<'a> Search<'a, '_> {
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
         let weighed = match self.effort.neighbours {
             0 => weighed,
-            _ => self.with_neighbours(self.with_other_links(weighed)),
+            _ => self.with_neighbours(self.with_effects_on_other_robots(weighed)),
         };
         let fitted = self.on_equal_terms(weighed).all();
         Searched {

@@ -103,7 +103,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// A hypothesis as those are judged that were not weighed by the mean of their walks.
-    pub(super) fn by_single_walk(&self, one: &Judged<'a>) -> Judged<'a> {
+    fn by_single_walk(&self, one: &Judged<'a>) -> Judged<'a> {
         let Judged {
             base, walker, fit, ..
         } = one;

@@ -5,10 +5,7 @@ use std::sync::Arc;
 use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
-use super::{
-    HOPELESS, Search, base::Base, extrapolation::Simulated, proposals::Screened,
-    screening::placements,
-};
+use super::{HOPELESS, Search, base::Base, proposals::Screened, screening::placements};
 use crate::walk::hypothesis::{Hypothesis, Placement};
 
 /// Robots with a leg restored on which effects are screened.
@@ -84,24 +81,18 @@ impl<'a> Search<'a, '_> {
         restored: &Restored<'_, 'a>,
         placement: Placement,
     ) -> Option<f64> {
-        let taken_for = restored.taken_for;
         let walker = self.beginning.walker(Hypothesis {
             morphology: restored.morphology.clone(),
             lost_links: restored.lost_links,
             effects: vec![placement],
         });
-        let jacobian = walker.with_slopes_of(&taken_for.with(Vec::new()), &taken_for.jacobian);
-        let slopes = taken_for.whitening.apply(&jacobian);
         let Placement { effect, place } = placement;
         let record = self.beginning.observation.record;
-        let starts = effect.starts(place, self.beginning.nominal, record);
-        let ln_evidences = starts.into_iter().filter_map(|values| {
-            let walked = walker.walk(walker.described(&[values]))?;
-            let simulated = Simulated::of(&walked, slopes.clone(), &taken_for.whitening);
-            let linear = simulated.with(&[], &walker, false);
-            Some(linear.ln_evidence(&taken_for.whitening).0)
-        });
-        ln_evidences.max_by(f64::total_cmp)
+        let starts = effect
+            .starts(place, self.beginning.nominal, record)
+            .into_iter();
+        let points = starts.map(|values| walker.described(&[values]));
+        restored.taken_for.ln_evidence_of_other(&walker, points)
     }
 
     /// Each damaged leg of these robots restored, without robots on which every effect is screened anyhow.

@@ -21,7 +21,7 @@ const MOST: usize = 8;
 const DRAWS_AT_FIRST: usize = 48;
 /// Robots that are so far behind the likeliest one are in question still: weighed again on equal terms, robots of one log
 /// have changed by up to 9 beside each other.
-pub(super) const IN_QUESTION: f64 = 10.0;
+const IN_QUESTION: f64 = 10.0;
 /// Hypotheses on each of these that are weighed again.
 const ON_EACH: usize = 4;
 

@@ -1,0 +1,161 @@
+//! Which robots take the first steps: the whole one, the one identified, and those that promise most by single walks.
+
+use mlr_model::{LostLinks, Morphology};
+use rayon::prelude::*;
+
+use super::{Search, Suspect, base::Base};
+use crate::walk::hypothesis::Hypothesis;
+
+/// A morphology, and what became of its lost links.
+type State = (Suspect, LostLinks);
+
+impl<'a> Search<'a, '_> {
+    /// These robots after a first step.
+    ///
+    /// Identification knows no effects and no deviations from the description: an effect may leave the right legs
+    /// without a trace among those that it suspects. So every set of lost legs is looked at.
+    pub(super) fn first_steps(&self, suspects: &[Suspect]) -> Vec<Base<'a>> {
+        let Some(identified) = suspects.first() else {
+            return Vec::new();
+        };
+        let whole = Morphology::healthy(&identified.morphology.layout());
+        let mut sure = states_of(self.suspect(whole));
+        if !identified.morphology.is_healthy() {
+            sure.extend(states_of(identified.clone()));
+        }
+        let mut others: Vec<State> = Vec::new();
+        let lost = sets_of_lost_legs(&identified.morphology).into_iter();
+        let lost = lost.map(|morphology| self.suspect(morphology));
+        for suspect in suspects.iter().cloned().chain(lost) {
+            let is_it = |(other, _): &State| other.morphology == suspect.morphology;
+            if suspect.ln_prior.is_finite() && !sure.iter().chain(&others).any(is_it) {
+                others.extend(states_of(suspect));
+            }
+        }
+        let mut begun = self.after_a_step(sure);
+        let promising = self.most_promising(others, &begun);
+        begun.extend(self.after_a_step(promising));
+        begun
+    }
+
+    fn suspect(&self, morphology: Morphology) -> Suspect {
+        Suspect {
+            ln_prior: (self.known.ln_morphology)(&morphology),
+            morphology,
+        }
+    }
+
+    fn after_a_step(&self, states: Vec<State>) -> Vec<Base<'a>> {
+        self.progress.expect_more(states.len());
+        let begun = states.into_par_iter().filter_map(|(suspect, lost_links)| {
+            let Suspect {
+                morphology,
+                ln_prior,
+            } = suspect;
+            let base = Base::new(self.beginning, &morphology, lost_links, ln_prior, None);
+            self.progress.advance();
+            base
+        });
+        begun.collect()
+    }
+
+    /// The most promising of these by single walks: each is as sensitive to its parameters, and errs as much, as the
+    /// `known` robot that is most like it. As many as settle, and twice as many with other damaged legs each: else
+    /// the links of the same legs leave no place to others, which may be the right ones with an effect.
+    fn most_promising(&self, states: Vec<State>, known: &[Base<'a>]) -> Vec<State> {
+        self.progress.expect_more(states.len());
+        let weighed = states.into_par_iter().filter_map(|state| {
+            let ln_weight = self.ln_promise_by_single_walks(&state, known);
+            self.progress.advance();
+            Some((ln_weight?, state))
+        });
+        let mut ranked: Vec<(f64, State)> = weighed.collect();
+        ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let mut chosen: Vec<State> = Vec::new();
+        for (_, state) in ranked {
+            let damaged = state.0.morphology.damaged_legs();
+            let are_known = |(other, _): &State| other.morphology.damaged_legs() == damaged;
+            let is_likeliest = chosen.len() < self.effort.bases;
+            let has_place = chosen.len() < 3 * self.effort.bases;
+            if is_likeliest || (has_place && !chosen.iter().any(are_known)) {
+                chosen.push(state);
+            }
+        }
+        chosen
+    }
+
+    fn ln_promise_by_single_walks(&self, state: &State, known: &[Base<'a>]) -> Option<f64> {
+        let (suspect, lost_links) = state;
+        let unlike = |base: &&Base<'a>| {
+            let (own, others) = (
+                suspect.morphology.damaged_legs(),
+                base.morphology.damaged_legs(),
+            );
+            let missing = others.iter().filter(|leg| !own.contains(leg)).count();
+            let additional = own.iter().filter(|leg| !others.contains(leg)).count();
+            (missing + additional, base.lost_links != *lost_links)
+        };
+        let Some(like) = known.iter().min_by_key(unlike) else {
+            return Some(0.0);
+        };
+        let walker = self.beginning.walker(Hypothesis {
+            morphology: suspect.morphology.clone(),
+            lost_links: *lost_links,
+            effects: Vec::new(),
+        });
+        let found = walker.with_parameters_of(&like.with(Vec::new()), &like.reference.z);
+        let starts = [walker.described(&[]), found];
+        let ln_evidence = like.ln_evidence_of_other(&walker, starts)?;
+        Some(ln_evidence + self.ln_prior(suspect.ln_prior, &walker))
+    }
+}
+
+/// Lost links gone, and locked, if there are any.
+fn states_of(suspect: Suspect) -> Vec<State> {
+    match suspect.morphology.is_healthy() {
+        true => vec![(suspect, LostLinks::Absent)],
+        false => vec![
+            (suspect.clone(), LostLinks::Absent),
+            (suspect, LostLinks::Locked),
+        ],
+    }
+}
+
+/// Robots like this one that have lost any legs, up to half of them.
+fn sets_of_lost_legs(robot: &Morphology) -> Vec<Morphology> {
+    let mut sets = vec![Morphology::healthy(&robot.layout())];
+    for leg in 0..robot.legs() {
+        for index in 0..sets.len() {
+            if sets[index].damaged_legs().len() < robot.legs() / 2 {
+                sets.push(sets[index].clone().without_leg(leg));
+            }
+        }
+    }
+    sets.retain(|one| !one.is_healthy());
+    sets
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::LegLayout;
+
+    use super::*;
+
+    #[test]
+    fn every_set_of_up_to_half_of_the_legs_is_there_once() {
+        for (legs, sets) in [(4, 4 + 6), (6, 6 + 15 + 20), (8, 8 + 28 + 56 + 70)] {
+            let layout = LegLayout::new(vec![3; legs]).unwrap();
+            let mut lost: Vec<Vec<usize>> = sets_of_lost_legs(&Morphology::healthy(&layout))
+                .iter()
+                .map(Morphology::damaged_legs)
+                .collect();
+            assert!(
+                lost.iter()
+                    .all(|set| !set.is_empty() && set.len() <= legs / 2)
+            );
+            lost.sort();
+            lost.dedup();
+            assert_eq!(lost.len(), sets);
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! The effects of the likeliest hypothesis on the other robots that are weighed.
+
+use std::sync::Arc;
+
+use super::{Judged, Search, base::Base, weighing::Weighed};
+use crate::walk::hypothesis::Placement;
+
+impl<'a> Search<'a, '_> {
+    /// These hypotheses, and those that each robot has the effects of the likeliest one, as far as it may.
+    ///
+    /// An effect is found on the robot that is likeliest at first. Others may have it as well, and else be behind for
+    /// no other reason than that it was not tried on them.
+    pub(super) fn with_effects_on_other_robots(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
+        let all = weighed.all();
+        let Some(likeliest) = all.first() else {
+            return weighed;
+        };
+        let robots = robots_weighed(&all);
+        self.progress.expect_more(robots.len());
+        for base in robots {
+            let with = self.with_effects_of(likeliest, &base);
+            let is_new = |one: &Judged<'a>| !all.iter().any(|other| other.is_same(one));
+            let group = with.into_iter().filter(is_new).collect();
+            self.weigh_too(&mut weighed, group, &[]);
+            self.progress.advance();
+        }
+        weighed
+    }
+
+    /// The hypothesis that another robot has the effects of the likeliest one, from its own parameters and from those of
+    /// the likeliest. `None` where it cannot have one of them.
+    fn with_effects_of(&self, likeliest: &Judged<'a>, base: &Arc<Base<'a>>) -> Option<Judged<'a>> {
+        let Judged { walker, fit, .. } = likeliest;
+        let robot = &self.setting.nominal.robot;
+        let is_possible = |one: &Placement| {
+            let places = one.effect.places(robot, &base.morphology);
+            places.contains(&one.place)
+        };
+        let effects = &walker.hypothesis.effects;
+        if effects.is_empty() || !effects.iter().all(is_possible) {
+            return None;
+        }
+        let other = base.with(effects.clone());
+        let found = other.with_parameters_of(walker, &fit.walked.z);
+        let beside_its_own = base.beside_reference(&other, &other.values(&found));
+        self.fitted_from(base, other, vec![beside_its_own, found])
+    }
+}
+
+/// The robots of hypotheses that are weighed, each once.
+fn robots_weighed<'a>(all: &[Judged<'a>]) -> Vec<Arc<Base<'a>>> {
+    let mut robots: Vec<Arc<Base<'a>>> = Vec::new();
+    for one in all.iter().filter(|one| one.is_weighed()) {
+        if !robots.iter().any(|base| Arc::ptr_eq(base, &one.base)) {
+            robots.push(Arc::clone(&one.base));
+        }
+    }
+    robots
+}
