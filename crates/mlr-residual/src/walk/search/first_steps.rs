@@ -137,9 +137,67 @@ fn sets_of_lost_legs(robot: &Morphology) -> Vec<Morphology> {
 
 #[cfg(test)]
 mod tests {
-    use mlr_model::LegLayout;
+    use mlr_filter::OrientationSeries;
+    use mlr_model::{Gait, LegLayout, Robot, SimulationSettings};
 
     use super::*;
+    use crate::{
+        walk::{WalkModel, WalkRecord, record::tests::level_record, search::tests::with_search},
+        walk_effects::{Place, find},
+    };
+
+    /// What the sensor of a robot shows that stands for a second and walks for three.
+    fn record_of(model: &WalkModel, morphology: &Morphology) -> WalkRecord {
+        let level = level_record();
+        let samples = level.times_s().len();
+        let body = model.walk(morphology, &level, samples).unwrap().unwrap();
+        let stood = (0..100).map(|index| f64::from(index) * 0.01);
+        let walked = body.times_s().iter().map(|time_s| time_s + 1.0);
+        let angles_rad = body.angles_rad().as_ref().map(|_, angle| {
+            let stood = std::iter::repeat_n(angle[0], 100);
+            stood.chain(angle.iter().copied()).collect()
+        });
+        let recording = OrientationSeries::new(stood.chain(walked).collect(), angles_rad).unwrap();
+        WalkRecord::new(&recording, 1.0, true, 1.0, None).unwrap()
+    }
+
+    #[test]
+    fn lost_legs_that_nobody_suspects_take_the_first_steps() {
+        let robot = Robot::jethexa();
+        let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
+        let whole = Morphology::healthy(&nominal.robot.layout());
+        let lost = [0, 1, 2]
+            .into_iter()
+            .fold(whole.clone(), Morphology::without_leg);
+        let mut stuck = nominal.clone();
+        find("stuck_joint")
+            .unwrap()
+            .apply(Place::Link(4, 1), &[0.2], &mut stuck);
+        let record = record_of(&stuck, &lost);
+        with_search(&record, &nominal, |search| {
+            let suspects = [search.suspect(whole.without_leg(1))];
+            let begun = search.first_steps(&suspects);
+            let weight = |legs: &[usize]| {
+                let on_them = begun
+                    .iter()
+                    .filter(|base| base.morphology.damaged_legs() == legs);
+                on_them
+                    .map(|base| search.ln_weight_of(base))
+                    .fold(f64::NEG_INFINITY, f64::max)
+            };
+            let (right, suspected) = (weight(&[1, 2, 3]), weight(&[2]));
+            assert!(suspected.is_finite());
+            assert!(right > suspected + 10.0, "{right} {suspected}");
+            // Others than the likeliest have their places, too.
+            let mut legs: Vec<Vec<usize>> = begun
+                .iter()
+                .map(|base| base.morphology.damaged_legs())
+                .collect();
+            legs.sort();
+            legs.dedup();
+            assert!(legs.len() > 2 * search.effort.bases, "{legs:?}");
+        });
+    }
 
     #[test]
     fn every_set_of_up_to_half_of_the_legs_is_there_once() {

@@ -266,3 +266,42 @@ fn least_ln_promise(judged: &[Judged<'_>]) -> f64 {
 fn sort_judged(judged: &mut [Judged<'_>]) {
     judged.sort_by(|a, b| b.ln_promise.total_cmp(&a.ln_promise));
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng as _;
+
+    use super::*;
+    use crate::walk::{Discrepancy, NuisancePrior, NuisanceSettings, WalkModel, WalkRecord};
+
+    /// What `of` makes of a search that looks at this record of a robot, whose damage is as probable as any other.
+    pub(super) fn with_search<T>(
+        record: &WalkRecord,
+        nominal: &WalkModel,
+        of: impl FnOnce(&Search<'_, '_>) -> T,
+    ) -> T {
+        let discrepancy = Discrepancy::default();
+        let observation = Observation::new(record, &discrepancy, nominal.gait.period_s);
+        let nuisance = NuisancePrior::new(&NuisanceSettings::default(), nominal);
+        let setting = Setting {
+            observation: &observation,
+            nuisance: &nuisance,
+            nominal,
+        };
+        of(&Search {
+            setting,
+            beginning: setting,
+            of_means: &observation,
+            beginning_of_means: &observation,
+            prior: EffectPrior::default(),
+            effort: Effort::default(),
+            kinds: 10,
+            progress: &(),
+            generator: &ChaCha8Rng::seed_from_u64(0),
+            known: Beforehand {
+                ln_morphology: &|_| 0.0,
+                effects: None,
+            },
+        })
+    }
+}

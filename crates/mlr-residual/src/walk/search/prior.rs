@@ -93,13 +93,11 @@ mod tests {
     use mlr_model::{Gait, Robot, SimulationSettings};
 
     use super::*;
-    use crate::walk::search::{Beforehand, Effort, Search, Setting, base::Base};
     use crate::walk::{
-        Discrepancy, NuisancePrior, NuisanceSettings, Observation, record::tests::level_record,
+        record::tests::level_record,
+        search::{base::Base, tests::with_search},
     };
     use crate::walk_effects::{LIBRARY, Place, find};
-    use rand::SeedableRng as _;
-    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn the_weight_of_a_hypothesis_counts_what_bounds_cut_off_its_prior() {
@@ -107,42 +105,22 @@ mod tests {
         let morphology = Morphology::healthy(&robot.layout());
         let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
         let record = level_record();
-        let discrepancy = Discrepancy::default();
-        let observation = Observation::new(&record, &discrepancy, nominal.gait.period_s);
-        let nuisance = NuisancePrior::new(&NuisanceSettings::default(), &nominal);
-        let setting = Setting {
-            observation: &observation,
-            nuisance: &nuisance,
-            nominal: &nominal,
-        };
-        let search = Search {
-            setting,
-            beginning: setting,
-            of_means: &observation,
-            beginning_of_means: &observation,
-            prior: EffectPrior::default(),
-            effort: Effort::default(),
-            kinds: 10,
-            progress: &(),
-            generator: &ChaCha8Rng::seed_from_u64(0),
-            known: Beforehand {
-                ln_morphology: &|_| 0.0,
-                effects: None,
-            },
-        };
-        let base = Base::new(setting, &morphology, LostLinks::Absent, -0.5, None).unwrap();
-        let beyond_counting = |kind: &str, place: Place| {
-            let effect = find(kind).unwrap();
-            let effects = vec![Placement { effect, place }];
-            let counted = search.prior.ln_effects(&effects, 10, &nominal, &morphology);
-            search.ln_prior(base.ln_prior, &base.with(effects)) - base.ln_prior - counted
-        };
-        // Bounds at -3.43 and 1.57 standard deviations leave 0.9417 of the distribution.
-        let weak = beyond_counting("weak_leg", Place::Leg(2));
-        assert!((weak + 0.9417_f64.ln()).abs() < 1e-3, "{weak}");
-        // Control: bounds at five standard deviations cut nothing off.
-        let slope = beyond_counting("slope", Place::Robot);
-        assert!((0.0..1e-5).contains(&slope), "{slope}");
+        with_search(&record, &nominal, |search| {
+            let base = Base::new(search.setting, &morphology, LostLinks::Absent, -0.5, None);
+            let base = base.unwrap();
+            let beyond_counting = |kind: &str, place: Place| {
+                let effect = find(kind).unwrap();
+                let effects = vec![Placement { effect, place }];
+                let counted = search.prior.ln_effects(&effects, 10, &nominal, &morphology);
+                search.ln_prior(base.ln_prior, &base.with(effects)) - base.ln_prior - counted
+            };
+            // Bounds at -3.43 and 1.57 standard deviations leave 0.9417 of the distribution.
+            let weak = beyond_counting("weak_leg", Place::Leg(2));
+            assert!((weak + 0.9417_f64.ln()).abs() < 1e-3, "{weak}");
+            // Control: bounds at five standard deviations cut nothing off.
+            let slope = beyond_counting("slope", Place::Robot);
+            assert!((0.0..1e-5).contains(&slope), "{slope}");
+        });
     }
 
     #[test]
