@@ -15,13 +15,17 @@ impl<'a> Search<'a, '_> {
         let Some(likeliest) = all.first() else {
             return weighed;
         };
-        let robots = robots_weighed(&all);
+        let effects = &likeliest.walker.hypothesis.effects;
+        let has_them = |base: &Arc<Base<'a>>| {
+            let mut on_it = all.iter().filter(|one| Arc::ptr_eq(&one.base, base));
+            on_it.any(|one| one.is_weighed() && one.walker.hypothesis.effects == *effects)
+        };
+        let mut robots = robots_weighed(&all);
+        robots.retain(|base| !has_them(base));
         self.progress.expect_more(robots.len());
         for base in robots {
             let with = self.with_effects_of(likeliest, &base);
-            let is_new = |one: &Judged<'a>| !all.iter().any(|other| other.is_same(one));
-            let group = with.into_iter().filter(is_new).collect();
-            self.weigh_too(&mut weighed, group, &[]);
+            self.weigh_too(&mut weighed, Vec::from_iter(with), &[]);
             self.progress.advance();
         }
         weighed
