@@ -60,7 +60,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The most promising of these by single walks: each is as sensitive to its parameters, and errs as much, as the
-    /// `known` robot that is most like it. As many as settle, and twice as many with other damaged legs each: else
+    /// `known` robot that is most like it. As many as settle, and three times as many with other damaged legs each: else
     /// the links of the same legs leave no place to others, which may be the right ones with an effect.
     fn most_promising(&self, states: Vec<State>, known: &[Base<'a>]) -> Vec<State> {
         self.progress.expect_more(states.len());
@@ -76,7 +76,7 @@ impl<'a> Search<'a, '_> {
             let damaged = state.0.morphology.damaged_legs();
             let are_known = |(other, _): &State| other.morphology.damaged_legs() == damaged;
             let is_likeliest = chosen.len() < self.effort.bases;
-            let has_place = chosen.len() < 3 * self.effort.bases;
+            let has_place = chosen.len() < 4 * self.effort.bases;
             if is_likeliest || (has_place && !chosen.iter().any(are_known)) {
                 chosen.push(state);
             }

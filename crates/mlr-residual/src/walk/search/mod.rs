@@ -95,7 +95,7 @@ pub(crate) struct Searched<'a> {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Effort {
-    /// Robots that are fitted without effects, beside the one identified and the whole robot: of three times as many,
+    /// Robots that are fitted without effects, beside the one identified and the whole robot: of four times as many,
     /// which promise most by single walks, the likeliest after a step.
     pub bases: usize,
     /// Sets of damaged legs on which every effect is screened.
