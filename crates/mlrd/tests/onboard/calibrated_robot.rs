@@ -43,7 +43,7 @@ islands = 1
 /// makes.
 fn settings(most_effects: usize) -> String {
     let effort = format!(
-        "[explanation.effort]\nbases = 1\nscreened = {most_effects}\nentrants = 1\n\
+        "[explanation.effort]\nbases = 0\nscreened = {most_effects}\nentrants = 1\n\
          neighbours = 0\nextended = 0\nmost_effects = {most_effects}\n"
     );
     // A search for a recovery gait would take the time that learning needs.

@@ -63,6 +63,9 @@ impl<'a> Search<'a, '_> {
     /// `known` robot that is most like it. As many as settle, and three times as many with other damaged legs each: else
     /// the links of the same legs leave no place to others, which may be the right ones with an effect.
     fn most_promising(&self, states: Vec<State>, known: &[Base<'a>]) -> Vec<State> {
+        if self.effort.bases == 0 {
+            return Vec::new();
+        }
         self.progress.expect_more(states.len());
         let weighed = states.into_par_iter().filter_map(|state| {
             let ln_weight = self.ln_promise_by_single_walks(&state, known);
