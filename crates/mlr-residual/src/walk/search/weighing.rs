@@ -24,8 +24,6 @@ const DRAWS_AT_FIRST: usize = 48;
 const IN_QUESTION: f64 = 10.0;
 /// Hypotheses on each of these that are weighed again.
 const ON_EACH: usize = 4;
-/// Times at most.
-const TIMES: usize = 4;
 
 /// Hypotheses by the mean of their walks, and others.
 pub(super) struct Weighed<'a> {
@@ -61,12 +59,6 @@ impl Judged<'_> {
 }
 
 impl<'a> Weighed<'a> {
-    /// That of the most promising robot.
-    fn ln_promise(&self) -> f64 {
-        let each = self.robots.iter().map(OnRobot::ln_promise);
-        each.fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// All hypotheses, the most promising first.
     pub(super) fn all(&self) -> Vec<Judged<'a>> {
         let weighed = self.robots.iter().flat_map(|robot| &robot.judged);
@@ -141,21 +133,9 @@ impl<'a> Search<'a, '_> {
     /// Weighs the robots that are in question again, by as many walks each, about the parameters that were found.
     ///
     /// What was looked at longer has more walks, and nearer to where they matter: it seems likelier for that alone.
-    /// Where that makes the likeliest one likelier by more than chance does, its best parameters are not found yet: all
-    /// are weighed once more, about those found now.
     pub(super) fn on_equal_terms(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
-        for _ in 0..TIMES {
-            let before = weighed.ln_promise();
-            weighed = self.weighed_again(weighed);
-            if weighed.ln_promise() < before + IN_QUESTION {
-                break;
-            }
-        }
-        weighed
-    }
-
-    fn weighed_again(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
-        let least = weighed.ln_promise() - IN_QUESTION;
+        let best = weighed.robots.iter().map(OnRobot::ln_promise);
+        let least = best.fold(f64::NEG_INFINITY, f64::max) - IN_QUESTION;
         let in_question = |robot: &&mut OnRobot<'a>| robot.ln_promise() > least;
         for robot in weighed.robots.iter_mut().filter(in_question) {
             let mut known = std::mem::take(&mut robot.judged);
