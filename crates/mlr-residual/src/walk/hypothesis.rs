@@ -375,6 +375,16 @@ impl<'a> Walker<'a> {
             .whitening(self.spread(jacobian), Compared::Walk)
     }
 
+    /// These coordinates with a body as described; sensor and effects stay as they are.
+    pub(crate) fn with_body_described(&self, mut z: DVector<f64>) -> DVector<f64> {
+        for k in 0..self.nuisances() {
+            if !self.is_of_sensing(k) {
+                z[k] = 0.0;
+            }
+        }
+        z
+    }
+
     /// Whether the body walks the same whatever the value of coordinate `k`.
     pub(crate) fn is_of_sensing(&self, k: usize) -> bool {
         match &self.coordinates[k] {

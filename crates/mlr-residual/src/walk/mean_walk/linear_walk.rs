@@ -141,7 +141,7 @@ mod tests {
             let rough = Rough::new(0.25, COORDINATES, &mut random);
             let known = rough.differences(&mut random);
             let walks: [Walks; 1] = [rough.walks(draws, 0.0, &mut random)];
-            let regression = Regression::new(&walks, &known).unwrap();
+            let regression = Regression::new(&walks, &known, &whitening).unwrap();
             let found = regression.of(0);
             let exact = LinearWalk {
                 at_zero: rough.at_zero.clone(),
@@ -175,10 +175,11 @@ mod tests {
         let mut made = ChaCha8Rng::seed_from_u64(7);
         let rough = Rough::new(roughness, COORDINATES, &mut made);
         let known = rough.differences(&mut made);
+        let usual = whitening();
         let evidences = (0..SEEDS).map(|seed| {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             let walks: [Walks; 1] = [rough.walks(96, 0.0, &mut random)];
-            let regression = Regression::new(&walks, &known).unwrap();
+            let regression = Regression::new(&walks, &known, &usual).unwrap();
             let scatter = regression.scatter();
             let whitening = observation.whitening(SPREAD, compared(&scatter)).unwrap();
             let roughness = regression.roughness(&whitening);

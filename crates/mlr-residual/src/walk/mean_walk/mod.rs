@@ -164,7 +164,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
 
     /// How the walks drawn so far scatter about their means; `None` where there is none.
     pub(crate) fn scattered(&self) -> Option<Scatter> {
-        Some(Regression::new(&self.walks, &self.known)?.scatter())
+        Some(Regression::new(&self.walks, &self.known, &self.whitening)?.scatter())
     }
 
     fn add(&mut self, walker: &Walker<'a>, fit: &Fit) {
@@ -190,7 +190,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         is_fitted: impl Fn(usize) -> bool + Sync,
         is_scatter_new: bool,
     ) -> Option<()> {
-        let regression = Regression::new(&self.walks, &self.known)?;
+        let regression = Regression::new(&self.walks, &self.known, &self.whitening)?;
         if is_scatter_new {
             let scatter = regression.scatter();
             let compared = Compared::MeanOf(&scatter);

@@ -37,13 +37,15 @@ pub(super) struct Walks {
 ///
 /// with a mean f of its own and sensitivities J, of which those to the robot's own coordinates are the same for
 /// all. e is what single walks add: half of how walks with compliant impacts differ from those with rigid ones, or less
-/// that, and what differs from walk to walk.
+/// that, and what differs from walk to walk. Where this is more for one hypothesis than for another, the walks of each
+/// weigh by its inverse variance (weighted least squares): else one whose walks jump, or are as sensitive as no other's,
+/// would make the errors of all seem large, and what regression does not know of their means with them.
 #[derive(Debug)]
 pub(super) struct Regression {
     of: Vec<LinearWalk>,
     /// What compliant impacts add to the mean of both kinds.
     of_impacts: DVector<f64>,
-    /// What else single walks add to the errors, a column for each.
+    /// What else single walks add to the errors, a column for each, times the root of its weight.
     left: DMatrix<f64>,
     /// As many walks as are left of these, regression having taken up a part.
     freedom: f64,
@@ -55,21 +57,42 @@ const VARIANCE_OF_OWN: f64 = 2.0;
 const VARIANCE_OF_EFFECTS: f64 = 50.0;
 /// The mean may be anything.
 const VARIANCE_OF_MEAN: f64 = 1e9;
+/// Times that weights of walks and what is left of these are found from each other.
+const REWEIGHTINGS: usize = 3;
 
-impl Regression {
-    /// Of the walks of hypotheses on one robot, the sensitivities of whose own coordinates are `known`, as
-    /// surely as a difference of two walks tells them. `None` where there is no walk.
-    pub(super) fn new(of: &[Walks], known: &DMatrix<f64>) -> Option<Self> {
+/// What is regressed: a row of the design and a column of what sensitivities known before miss for each walk.
+struct Equations {
+    layout: Layout,
+    design: DMatrix<f64>,
+    missed: DMatrix<f64>,
+    /// Rows of each hypothesis.
+    rows: Vec<Range<usize>>,
+}
+
+struct Solution {
+    /// Of the walks of each hypothesis.
+    weights: Vec<f64>,
+    /// Of each unknown, a column.
+    found: DMatrix<f64>,
+    /// Covariance of the unknowns for errors of unit variance.
+    covariance: DMatrix<f64>,
+    /// What is left of each walk, times the root of its weight.
+    left: DMatrix<f64>,
+    /// The part of each walk's error that regression takes up.
+    leverages: Vec<f64>,
+}
+
+impl Equations {
+    fn new(of: &[Walks], known: &DMatrix<f64>) -> Self {
         let layout = Layout::new(of, known.ncols());
         let count: usize = of.iter().map(|walks| walks.draws.len()).sum();
-        if count == 0 {
-            return None;
-        }
         let mut design = DMatrix::zeros(count, layout.columns);
-        let mut left = DMatrix::zeros(known.nrows(), count);
+        let mut missed = DMatrix::zeros(known.nrows(), count);
+        let mut rows = Vec::with_capacity(of.len());
         let mut row = 0;
         for (k, walks) in of.iter().enumerate() {
             let columns = layout.of(k);
+            rows.push(row..row + walks.draws.len());
             for draw in &walks.draws {
                 for (column, z) in columns.iter().zip(draw.z.iter().chain([&1.0])) {
                     design[(row, *column)] = *z;
@@ -78,21 +101,80 @@ impl Regression {
                     Impacts::Rigid => -1.0,
                     Impacts::Compliant => 1.0,
                 };
-                // What the sensitivities known before miss.
                 let own = known * draw.z.rows(0, layout.own);
                 let of_effects = &walks.known * draw.z.rows_range(layout.own..);
-                left.set_column(row, &(&draw.residual + own + of_effects));
+                missed.set_column(row, &(&draw.residual + own + of_effects));
                 row += 1;
             }
         }
-        let mut normal = design.tr_mul(&design);
-        for k in 0..layout.columns {
-            normal[(k, k)] += layout.variance(k).recip();
+        Self {
+            layout,
+            design,
+            missed,
+            rows,
         }
-        let inverse = normal.cholesky()?.inverse();
-        let found = &left * &design * &inverse;
+    }
+
+    /// Where the walks of each hypothesis have these weights.
+    fn solved(&self, weights: &[f64]) -> Option<Solution> {
+        let (mut design, mut left) = (self.design.clone(), self.missed.clone());
+        for (rows, weight) in self.rows.iter().zip(weights) {
+            let (first, count) = (rows.start, rows.len());
+            design.rows_mut(first, count).scale_mut(weight.sqrt());
+            left.columns_mut(first, count).scale_mut(weight.sqrt());
+        }
+        let mut normal = design.tr_mul(&design);
+        for k in 0..self.layout.columns {
+            normal[(k, k)] += self.layout.variance(k).recip();
+        }
+        let covariance = normal.cholesky()?.inverse();
+        let found = &left * &design * &covariance;
         left -= &found * design.transpose();
-        let leverages = (&design * &inverse).component_mul(&design);
+        let leverages = (&design * &covariance).component_mul(&design);
+        Some(Solution {
+            weights: weights.to_vec(),
+            leverages: leverages.row_iter().map(|row| row.sum()).collect(),
+            found,
+            covariance,
+            left,
+        })
+    }
+
+    /// The weights of walks by how rough those of each hypothesis are in this solution; 1 in the mean.
+    fn weights(&self, solved: &Solution, whitening: &Whitening) -> Vec<f64> {
+        let squares = whitening.apply(&solved.left).map(|error| error * error);
+        let precisions = self.rows.iter().enumerate().map(|(k, rows)| {
+            let taken_up: f64 = solved.leverages[rows.clone()].iter().sum();
+            let freedom = (rows.len() as f64 - taken_up).max(1.0);
+            let square = squares.columns(rows.start, rows.len()).sum() / solved.weights[k];
+            freedom / square.max(f64::MIN_POSITIVE)
+        });
+        let precisions: Vec<f64> = precisions.collect();
+        let counts = self.rows.iter().map(|rows| rows.len() as f64);
+        let sum: f64 = counts.zip(&precisions).map(|(n, p)| n * p).sum();
+        let mean = sum / self.design.nrows() as f64;
+        precisions
+            .iter()
+            .map(|precision| precision / mean)
+            .collect()
+    }
+}
+
+impl Regression {
+    /// Of the walks of hypotheses on one robot, the sensitivities of whose own coordinates are `known`, as
+    /// surely as a difference of two walks tells them; `whitening` is for their errors. `None` where there is no walk.
+    pub(super) fn new(of: &[Walks], known: &DMatrix<f64>, whitening: &Whitening) -> Option<Self> {
+        let equations = Equations::new(of, known);
+        let count = equations.design.nrows();
+        if count == 0 {
+            return None;
+        }
+        let mut solution = equations.solved(&vec![1.0; of.len()])?;
+        for _ in 0..REWEIGHTINGS {
+            solution = equations.solved(&equations.weights(&solution, whitening))?;
+        }
+        let layout = &equations.layout;
+        let (found, covariance) = (&solution.found, &solution.covariance);
         let of = of.iter().enumerate().map(|(k, walks)| {
             let columns = layout.of(k);
             let p = columns.len() - 1;
@@ -103,14 +185,15 @@ impl Regression {
             LinearWalk {
                 at_zero: found.column(columns[p]).clone_owned(),
                 jacobian: jacobian - found.select_columns(&columns[..p]),
-                uncertainty: inverse.select_rows(&columns).select_columns(&columns),
+                uncertainty: covariance.select_rows(&columns).select_columns(&columns),
             }
         });
+        let taken_up: f64 = solution.leverages.iter().sum();
         Some(Self {
             of: of.collect(),
             of_impacts: found.column(layout.impacts()).clone_owned(),
-            left,
-            freedom: (count as f64 - leverages.sum()).max(1.0),
+            left: solution.left,
+            freedom: (count as f64 - taken_up).max(1.0),
         })
     }
 
@@ -201,7 +284,7 @@ mod tests {
         let walks = [0.0, 2.0].map(|shift| rough.walks(120, shift, &mut random));
         // What is known before is as wrong as a difference of two walks.
         let known = rough.differences(&mut random);
-        let found = Regression::new(&walks, &known).unwrap();
+        let found = Regression::new(&walks, &known, &whitening).unwrap();
         for roughness in &found.roughness(&whitening)[..2] {
             assert!((roughness / 0.09 - 1.0).abs() < 0.1, "{roughness}");
         }
@@ -224,6 +307,7 @@ mod tests {
 
     #[test]
     fn walks_of_one_hypothesis_tell_what_another_has_in_common_with_it() {
+        let whitening = whitening();
         let mut random = ChaCha8Rng::seed_from_u64(4);
         let rough = Rough::new(0.3, 4, &mut random);
         let known = rough.differences(&mut random);
@@ -231,11 +315,40 @@ mod tests {
             let walks: Vec<Walks> = (0..=others)
                 .map(|_| rough.walks(24, 0.0, &mut random))
                 .collect();
-            let found = Regression::new(&walks, &known).unwrap();
+            let found = Regression::new(&walks, &known, &whitening).unwrap();
             found.of(0).covariance_of_slopes().trace()
         };
         let (alone, beside_three) = (slopes_of(0), slopes_of(3));
         assert!(beside_three < 0.4 * alone, "{beside_three} {alone}");
+    }
+
+    #[test]
+    fn walks_that_are_rough_or_of_another_kind_spoil_no_others() {
+        let whitening = whitening();
+        let mut random = ChaCha8Rng::seed_from_u64(8);
+        let firm = Rough::new(0.3, 4, &mut random);
+        let other = Rough::new(9.0, 4, &mut random);
+        let known = firm.differences(&mut random);
+        let walks = [&firm, &other].map(|robot| robot.walks(36, 0.0, &mut random));
+        let alone = Regression::new(&walks[..1], &known, &whitening).unwrap();
+        let beside = Regression::new(&walks, &known, &whitening).unwrap();
+        // What is known of the mean of the firm one, in variances of the discrepancy.
+        let centre = DVector::zeros(4);
+        let known_to =
+            |found: &Regression| found.roughness(&whitening)[0] * found.of(0).variance_at(&centre);
+        let share = known_to(&beside) / known_to(&alone);
+        assert!((0.5..2.0).contains(&share), "{share}");
+        let off = beside.of(0).residual(&centre) - alone.of(0).residual(&centre);
+        let off = whitening.squares(&off)[0] / off.len() as f64;
+        assert!(off < 2.0 * known_to(&alone), "{off}");
+
+        // The control: where all walks weigh the same, little seems to be known of the firm one.
+        let equations = Equations::new(&walks, &known);
+        let alike = equations.solved(&[1.0, 1.0]).unwrap();
+        let rough = whitening.apply(&alike.left).norm_squared() / (72.0 * known.nrows() as f64);
+        let mean = equations.layout.of(0)[4];
+        let as_if_alike = rough * alike.covariance[(mean, mean)];
+        assert!(as_if_alike > 20.0 * known_to(&alone), "{as_if_alike}");
     }
 
     #[test]
@@ -252,7 +365,7 @@ mod tests {
                 Impacts::Compliant => draw.residual += &change,
             }
         }
-        let found = Regression::new(&walks, &known).unwrap();
+        let found = Regression::new(&walks, &known, &whitening).unwrap();
         let off = whitening.apply_to(&(found.scatter().impacts - &change));
         let all = whitening.apply_to(&change);
         assert!(
@@ -269,6 +382,6 @@ mod tests {
     #[test]
     fn without_walks_nothing_is_found() {
         let rough = Rough::new(0.3, 2, &mut ChaCha8Rng::seed_from_u64(5));
-        assert!(Regression::new(&[], &rough.jacobian).is_none());
+        assert!(Regression::new(&[], &rough.jacobian, &whitening()).is_none());
     }
 }

@@ -3,7 +3,7 @@
 use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
-use super::{Search, Suspect, base::Base};
+use super::{HOPELESS, Search, Suspect, base::Base};
 use crate::walk::hypothesis::Hypothesis;
 
 /// A morphology, and what became of its lost links.
@@ -23,6 +23,9 @@ impl<'a> Search<'a, '_> {
         if !identified.morphology.is_healthy() {
             sure.extend(states_of(identified.clone()));
         }
+        if self.effort.bases == 0 {
+            return self.after_a_step(&sure);
+        }
         let mut others: Vec<State> = Vec::new();
         let lost = sets_of_lost_legs(&identified.morphology).into_iter();
         let lost = lost.map(|morphology| self.suspect(morphology));
@@ -32,9 +35,12 @@ impl<'a> Search<'a, '_> {
                 others.extend(states_of(suspect));
             }
         }
-        let mut begun = self.after_a_step(sure);
-        let promising = self.most_promising(others, &begun);
-        begun.extend(self.after_a_step(promising));
+        let mut begun = self.after_a_step(&sure);
+        let promises = self.by_single_walks(sure, &begun).into_iter();
+        let best = promises.map(|(ln_promise, _)| ln_promise);
+        let best = best.fold(f64::NEG_INFINITY, f64::max);
+        let promising = self.most_promising(others, &begun, best);
+        begun.extend(self.after_a_step(&promising));
         begun
     }
 
@@ -45,37 +51,31 @@ impl<'a> Search<'a, '_> {
         }
     }
 
-    fn after_a_step(&self, states: Vec<State>) -> Vec<Base<'a>> {
+    fn after_a_step(&self, states: &[State]) -> Vec<Base<'a>> {
         self.progress.expect_more(states.len());
-        let begun = states.into_par_iter().filter_map(|(suspect, lost_links)| {
+        let begun = states.par_iter().filter_map(|(suspect, lost_links)| {
             let Suspect {
                 morphology,
                 ln_prior,
             } = suspect;
-            let base = Base::new(self.beginning, &morphology, lost_links, ln_prior, None);
+            let base = Base::new(self.beginning, morphology, *lost_links, *ln_prior, None);
             self.progress.advance();
             base
         });
         begun.collect()
     }
 
-    /// The most promising of these by single walks: each is as sensitive to its parameters, and errs as much, as the
-    /// `known` robot that is most like it. As many as settle, and three times as many with other damaged legs each: else
-    /// the links of the same legs leave no place to others, which may be the right ones with an effect.
-    fn most_promising(&self, states: Vec<State>, known: &[Base<'a>]) -> Vec<State> {
-        if self.effort.bases == 0 {
-            return Vec::new();
-        }
-        self.progress.expect_more(states.len());
-        let weighed = states.into_par_iter().filter_map(|state| {
-            let ln_weight = self.ln_promise_by_single_walks(&state, known);
-            self.progress.advance();
-            Some((ln_weight?, state))
-        });
-        let mut ranked: Vec<(f64, State)> = weighed.collect();
-        ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    /// The most promising of these by single walks, as far as they may still win against one that promises `best`. As
+    /// many as settle, and three times as many with other damaged legs each: else the links of the same legs leave no
+    /// place to others, which may be the right ones with an effect.
+    fn most_promising(&self, states: Vec<State>, known: &[Base<'a>], best: f64) -> Vec<State> {
+        let ranked = self.by_single_walks(states, known);
+        let best = ranked.first().map_or(best, |(first, _)| first.max(best));
         let mut chosen: Vec<State> = Vec::new();
-        for (_, state) in ranked {
+        for (_, state) in ranked
+            .into_iter()
+            .filter(|(ln_promise, _)| *ln_promise >= best - HOPELESS)
+        {
             let damaged = state.0.morphology.damaged_legs();
             let are_known = |(other, _): &State| other.morphology.damaged_legs() == damaged;
             let is_likeliest = chosen.len() < self.effort.bases;
@@ -85,6 +85,20 @@ impl<'a> Search<'a, '_> {
             }
         }
         chosen
+    }
+
+    /// What each of these promises by single walks, the most promising first: each is as sensitive to its parameters, and
+    /// errs as much, as the `known` robot that is most like it.
+    fn by_single_walks(&self, states: Vec<State>, known: &[Base<'a>]) -> Vec<(f64, State)> {
+        self.progress.expect_more(states.len());
+        let weighed = states.into_par_iter().filter_map(|state| {
+            let ln_promise = self.ln_promise_by_single_walks(&state, known);
+            self.progress.advance();
+            Some((ln_promise?, state))
+        });
+        let mut ranked: Vec<(f64, State)> = weighed.collect();
+        ranked.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        ranked
     }
 
     fn ln_promise_by_single_walks(&self, state: &State, known: &[Base<'a>]) -> Option<f64> {
@@ -178,7 +192,7 @@ mod tests {
             .apply(Place::Link(4, 1), &[0.2], &mut stuck);
         let record = record_of(&stuck, &lost);
         with_search(&record, &nominal, |search| {
-            let suspects = [search.suspect(whole.without_leg(1))];
+            let suspects = [search.suspect(whole.clone().without_leg(1))];
             let begun = search.first_steps(&suspects);
             let weight = |legs: &[usize]| {
                 let on_them = begun
@@ -191,14 +205,22 @@ mod tests {
             let (right, suspected) = (weight(&[1, 2, 3]), weight(&[2]));
             assert!(suspected.is_finite());
             assert!(right > suspected + 10.0, "{right} {suspected}");
-            // Others than the likeliest have their places, too.
-            let mut legs: Vec<Vec<usize>> = begun
-                .iter()
-                .map(|base| base.morphology.damaged_legs())
-                .collect();
-            legs.sort();
-            legs.dedup();
-            assert!(legs.len() > 2 * search.effort.bases, "{legs:?}");
+            // Others than the likeliest have their places, too, as far as they may still win.
+            let others = || {
+                let sets = sets_of_lost_legs(&whole).into_iter();
+                sets.flat_map(|lost| states_of(search.suspect(lost)))
+                    .collect()
+            };
+            let promising = |best: f64| search.most_promising(others(), &begun, best);
+            let states = search.by_single_walks(others(), &begun);
+            let best = states[0].0;
+            let behind = |state: &State| {
+                let known = states.iter().find(|(_, other)| other == state);
+                best - known.unwrap().0
+            };
+            assert!(promising(best).iter().all(|one| behind(one) <= HOPELESS));
+            assert!(!promising(best).is_empty());
+            assert!(promising(best + 1e3).is_empty());
         });
     }
 

@@ -68,12 +68,7 @@ impl<'a> Search<'a, '_> {
         // Without the effect, parameters of the body stood in for it: one begins at the body as
         // described.
         let near = at_optimum(&held);
-        let mut body_described = near.clone();
-        for k in 0..walker.nuisances() {
-            if !walker.is_of_sensing(k) {
-                body_described[k] = 0.0;
-            }
-        }
+        let body_described = walker.with_body_described(near.clone());
         // A body that already walks like the measured one stays as it is: the walk is no smooth function
         // of all its parameters.
         let mut body_kept = walker.at_kept_body(&free.model, whitening);

@@ -130,14 +130,28 @@ impl<'a> Search<'a, '_> {
         self.weigh_on(robot, on_one_robot, compared_with, DRAWS_AT_FIRST);
     }
 
-    /// Weighs the robots that are in question again, by as many walks each, about the parameters that were found.
+    /// Weighs the robots that are in question, if there are several, again, by as many walks each, about the parameters that
+    /// were found.
     ///
     /// What was looked at longer has more walks, and nearer to where they matter: it seems likelier for that alone.
     pub(super) fn on_equal_terms(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
         let best = weighed.robots.iter().map(OnRobot::ln_promise);
         let least = best.fold(f64::NEG_INFINITY, f64::max) - IN_QUESTION;
-        let in_question = |robot: &&mut OnRobot<'a>| robot.ln_promise() > least;
-        for robot in weighed.robots.iter_mut().filter(in_question) {
+        let is_in_question = |robot: &OnRobot<'a>| robot.ln_promise() > least;
+        if weighed
+            .robots
+            .iter()
+            .filter(|robot| is_in_question(robot))
+            .count()
+            < 2
+        {
+            return weighed;
+        }
+        for robot in weighed
+            .robots
+            .iter_mut()
+            .filter(|robot| is_in_question(robot))
+        {
             let mut known = std::mem::take(&mut robot.judged);
             sort_judged(&mut known);
             let fallen_behind = known.split_off(ON_EACH.min(known.len()));

@@ -61,9 +61,13 @@ impl<'a> Search<'a, '_> {
                     return Some(self.judge(base, walker, fit));
                 }
                 let z = &judged.fit.walked.z;
-                // The body as it walked at first with these effects, or all along without them.
+                // The body as it walked at first with these effects, as it is all along without them, or as described.
                 let values = judged.walker.values(z);
-                let starts = vec![z.clone(), base.beside_reference(&walker, &values)];
+                let starts = vec![
+                    z.clone(),
+                    base.beside_reference(&walker, &values),
+                    walker.with_body_described(z.clone()),
+                ];
                 let judged = self.fitted_from(base, walker, starts);
                 self.progress.advance();
                 judged
