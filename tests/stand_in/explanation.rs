@@ -11,8 +11,8 @@ use crate::{
 fn explained(recording: &Recording) -> WalkExplanation {
     assert!(recording.raw_beside_angles().is_some());
     let mut explanation = EvidenceSettings::default();
-    // On the likeliest robot alone, for time, and with fewer hypotheses: both are sure to have all legs.
-    (explanation.effort.bases, explanation.effort.screened) = (1, 1);
+    // On the robot identified alone, for time, and with fewer hypotheses: both are sure to have all legs.
+    (explanation.effort.bases, explanation.effort.screened) = (0, 1);
     (explanation.effort.entrants, explanation.effort.neighbours) = (24, 8);
     let how = ExplainSettings {
         identify: &settings(),

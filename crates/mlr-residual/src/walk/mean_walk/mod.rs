@@ -1,6 +1,7 @@
 //! ln p(log | hypothesis) where walks are rough: by the mean of the walks about the most probable
 //! parameters in place of a single one.
 
+mod equations;
 mod linear_walk;
 mod regression;
 

@@ -116,10 +116,10 @@ impl<'a> Search<'a, '_> {
                 let walker = base.with(effects);
                 let nuisances = z.rows(0, walker.nuisances()).clone_owned();
                 let without = nuisances.resize_vertically(walker.dimension(), 0.0);
+                let without = walker.with_values(without, &values);
                 // The same with what the effect had in place of a parameter of the robot.
                 let replaced = walker.with_parameters_of(known, z);
-                let starts = [replaced, without].map(|z| walker.with_values(z, &values));
-                let fitted = self.fitted_from(base, walker, starts.into());
+                let fitted = self.fitted_from(base, walker, vec![replaced, without]);
                 self.progress.advance();
                 fitted
             })
