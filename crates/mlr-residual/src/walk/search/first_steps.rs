@@ -36,9 +36,8 @@ impl<'a> Search<'a, '_> {
             }
         }
         let mut begun = self.after_a_step(&sure);
-        let promises = self.by_single_walks(sure, &begun).into_iter();
-        let best = promises.map(|(ln_promise, _)| ln_promise);
-        let best = best.fold(f64::NEG_INFINITY, f64::max);
+        let first = self.by_single_walks(sure, &begun).into_iter().next();
+        let best = first.map_or(f64::NEG_INFINITY, |(ln_promise, _)| ln_promise);
         let promising = self.most_promising(others, &begun, best);
         begun.extend(self.after_a_step(&promising));
         begun
@@ -71,11 +70,9 @@ impl<'a> Search<'a, '_> {
     fn most_promising(&self, states: Vec<State>, known: &[Base<'a>], best: f64) -> Vec<State> {
         let ranked = self.by_single_walks(states, known);
         let best = ranked.first().map_or(best, |(first, _)| first.max(best));
+        let may_win = |(ln_promise, _): &(f64, State)| *ln_promise >= best - HOPELESS;
         let mut chosen: Vec<State> = Vec::new();
-        for (_, state) in ranked
-            .into_iter()
-            .filter(|(ln_promise, _)| *ln_promise >= best - HOPELESS)
-        {
+        for (_, state) in ranked.into_iter().filter(may_win) {
             let damaged = state.0.morphology.damaged_legs();
             let are_known = |(other, _): &State| other.morphology.damaged_legs() == damaged;
             let is_likeliest = chosen.len() < self.effort.bases;

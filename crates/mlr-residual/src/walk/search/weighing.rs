@@ -137,21 +137,13 @@ impl<'a> Search<'a, '_> {
     pub(super) fn on_equal_terms(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
         let best = weighed.robots.iter().map(OnRobot::ln_promise);
         let least = best.fold(f64::NEG_INFINITY, f64::max) - IN_QUESTION;
-        let is_in_question = |robot: &OnRobot<'a>| robot.ln_promise() > least;
-        if weighed
-            .robots
-            .iter()
-            .filter(|robot| is_in_question(robot))
-            .count()
-            < 2
-        {
+        let robots = weighed.robots.iter_mut();
+        let in_question: Vec<&mut OnRobot<'a>> =
+            robots.filter(|robot| robot.ln_promise() > least).collect();
+        if in_question.len() < 2 {
             return weighed;
         }
-        for robot in weighed
-            .robots
-            .iter_mut()
-            .filter(|robot| is_in_question(robot))
-        {
+        for robot in in_question {
             let mut known = std::mem::take(&mut robot.judged);
             sort_judged(&mut known);
             let fallen_behind = known.split_off(ON_EACH.min(known.len()));
