@@ -38,7 +38,8 @@ impl<'a> Search<'a, '_> {
         let mut begun = self.after_a_step(&sure);
         let first = self.by_single_walks(sure, &begun).into_iter().next();
         let best = first.map_or(f64::NEG_INFINITY, |(ln_promise, _)| ln_promise);
-        let promising = self.most_promising(others, &begun, best);
+        let others = self.by_single_walks(others, &begun);
+        let promising = most_promising(others, best, self.effort.bases);
         begun.extend(self.after_a_step(&promising));
         begun
     }
@@ -62,26 +63,6 @@ impl<'a> Search<'a, '_> {
             base
         });
         begun.collect()
-    }
-
-    /// The most promising of these by single walks, as far as they may still win against one that promises `best`. As
-    /// many as settle, and three times as many with other damaged legs each: else the links of the same legs leave no
-    /// place to others, which may be the right ones with an effect.
-    fn most_promising(&self, states: Vec<State>, known: &[Base<'a>], best: f64) -> Vec<State> {
-        let ranked = self.by_single_walks(states, known);
-        let best = ranked.first().map_or(best, |(first, _)| first.max(best));
-        let may_win = |(ln_promise, _): &(f64, State)| *ln_promise >= best - HOPELESS;
-        let mut chosen: Vec<State> = Vec::new();
-        for (_, state) in ranked.into_iter().filter(may_win) {
-            let damaged = state.0.morphology.damaged_legs();
-            let are_known = |(other, _): &State| other.morphology.damaged_legs() == damaged;
-            let is_likeliest = chosen.len() < self.effort.bases;
-            let has_place = chosen.len() < 4 * self.effort.bases;
-            if is_likeliest || (has_place && !chosen.iter().any(are_known)) {
-                chosen.push(state);
-            }
-        }
-        chosen
     }
 
     /// What each of these promises by single walks, the most promising first: each is as sensitive to its parameters, and
@@ -122,6 +103,24 @@ impl<'a> Search<'a, '_> {
         let ln_evidence = like.ln_evidence_of_other(&walker, starts)?;
         Some(ln_evidence + self.ln_prior(suspect.ln_prior, &walker))
     }
+}
+
+/// The first of these in the order of what they promise, as far as they may still win against one that promises `best`.
+/// As many as settle, and three times as many with other damaged legs each: else the links of the same legs leave no
+/// place to others, which may be the right ones with an effect.
+fn most_promising(ranked: Vec<(f64, State)>, best: f64, settle: usize) -> Vec<State> {
+    let best = ranked.first().map_or(best, |(first, _)| first.max(best));
+    let may_win = |(ln_promise, _): &(f64, State)| *ln_promise >= best - HOPELESS;
+    let mut chosen: Vec<State> = Vec::new();
+    for (_, state) in ranked.into_iter().filter(may_win) {
+        let damaged = state.0.morphology.damaged_legs();
+        let are_known = |(other, _): &State| other.morphology.damaged_legs() == damaged;
+        let has_place = chosen.len() < 4 * settle;
+        if chosen.len() < settle || (has_place && !chosen.iter().any(are_known)) {
+            chosen.push(state);
+        }
+    }
+    chosen
 }
 
 /// Lost links gone, and locked, if there are any.
@@ -189,7 +188,7 @@ mod tests {
             .apply(Place::Link(4, 1), &[0.2], &mut stuck);
         let record = record_of(&stuck, &lost);
         with_search(&record, &nominal, |search| {
-            let suspects = [search.suspect(whole.clone().without_leg(1))];
+            let suspects = [search.suspect(whole.without_leg(1))];
             let begun = search.first_steps(&suspects);
             let weight = |legs: &[usize]| {
                 let on_them = begun
@@ -202,23 +201,36 @@ mod tests {
             let (right, suspected) = (weight(&[1, 2, 3]), weight(&[2]));
             assert!(suspected.is_finite());
             assert!(right > suspected + 10.0, "{right} {suspected}");
-            // Others than the likeliest have their places, too, as far as they may still win.
-            let others = || {
-                let sets = sets_of_lost_legs(&whole).into_iter();
-                sets.flat_map(|lost| states_of(search.suspect(lost)))
-                    .collect()
-            };
-            let promising = |best: f64| search.most_promising(others(), &begun, best);
-            let states = search.by_single_walks(others(), &begun);
-            let best = states[0].0;
-            let behind = |state: &State| {
-                let known = states.iter().find(|(_, other)| other == state);
-                best - known.unwrap().0
-            };
-            assert!(promising(best).iter().all(|one| behind(one) <= HOPELESS));
-            assert!(!promising(best).is_empty());
-            assert!(promising(best + 1e3).is_empty());
         });
+    }
+
+    #[test]
+    fn others_than_the_likeliest_have_their_places_as_far_as_they_may_win() {
+        let whole = Morphology::healthy(&LegLayout::new(vec![3; 6]).unwrap());
+        let suspect = |morphology| Suspect {
+            morphology,
+            ln_prior: 0.0,
+        };
+        let sets = sets_of_lost_legs(&whole).into_iter();
+        let ranked: Vec<(f64, State)> = sets
+            .flat_map(|lost| states_of(suspect(lost)))
+            .enumerate()
+            .map(|(k, state)| (-(k as f64), state))
+            .collect();
+        let settle = 3;
+        let legs = |best: f64| {
+            let chosen = most_promising(ranked.clone(), best, settle).into_iter();
+            let mut legs: Vec<Vec<usize>> = chosen
+                .map(|(suspect, _)| suspect.morphology.damaged_legs())
+                .collect();
+            legs.dedup();
+            legs
+        };
+        assert!(legs(0.0).len() > 2 * settle, "{:?}", legs(0.0));
+        // Each set is there twice, gone and locked.
+        let behind = HOPELESS - 3.0;
+        assert_eq!(legs(behind).len(), 2);
+        assert!(legs(HOPELESS + 1.0).is_empty());
     }
 
     #[test]
