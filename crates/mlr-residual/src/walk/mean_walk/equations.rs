@@ -76,16 +76,23 @@ impl Equations {
 
     /// Where walks weigh by how rough those of their hypothesis are; `whitening` is for their errors.
     pub(super) fn solved(&self, whitening: &Whitening) -> Option<Solution> {
-        let mut solution = self.solved_with(&vec![1.0; self.rows.len()])?;
+        // The equations have the same weights for errors and for whitened ones.
+        let whitened = whitening.apply(&self.missed);
+        let mut weights = vec![1.0; self.rows.len()];
         for _ in 0..REWEIGHTINGS {
-            solution = self.solved_with(&self.weights(&solution, whitening))?;
+            weights = self.weights(&self.solution(&whitened, &weights)?);
         }
-        Some(solution)
+        self.solved_with(&weights)
     }
 
     /// Where the walks of each hypothesis have these weights.
     pub(super) fn solved_with(&self, weights: &[f64]) -> Option<Solution> {
-        let (mut design, mut left) = (self.design.clone(), self.missed.clone());
+        self.solution(&self.missed, weights)
+    }
+
+    /// Of walks of which sensitivities known before miss this, with these weights.
+    fn solution(&self, missed: &DMatrix<f64>, weights: &[f64]) -> Option<Solution> {
+        let (mut design, mut left) = (self.design.clone(), missed.clone());
         for (rows, weight) in self.rows.iter().zip(weights) {
             let (first, count) = (rows.start, rows.len());
             design.rows_mut(first, count).scale_mut(weight.sqrt());
@@ -108,13 +115,14 @@ impl Equations {
         })
     }
 
-    /// The weights of walks by how rough those of each hypothesis are in this solution; 1 in the mean.
-    fn weights(&self, solved: &Solution, whitening: &Whitening) -> Vec<f64> {
-        let squares = whitening.apply(&solved.left).map(|error| error * error);
+    /// The weights of walks by how rough those of each hypothesis are in this solution for whitened errors; 1 in
+    /// the mean.
+    fn weights(&self, solved: &Solution) -> Vec<f64> {
         let precisions = self.rows.iter().enumerate().map(|(k, rows)| {
             let taken_up: f64 = solved.leverages[rows.clone()].iter().sum();
             let freedom = (rows.len() as f64 - taken_up).max(1.0);
-            let square = squares.columns(rows.start, rows.len()).sum() / solved.weights[k];
+            let left = solved.left.columns(rows.start, rows.len());
+            let square = left.norm_squared() / solved.weights[k];
             freedom / square.max(f64::MIN_POSITIVE)
         });
         let precisions: Vec<f64> = precisions.collect();
