@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use mlr_model::Morphology;
 use rayon::prelude::*;
 
 use super::{
@@ -72,8 +73,14 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The starts of effects on the likeliest robots, of each set of damaged legs and state of the lost
-    /// links one, as long as they may still win; and on those that a leg restored makes of the robots `begun`.
-    pub(super) fn screened(&self, ranked: &[Judged<'a>], begun: &[Base<'a>]) -> Vec<Screened<'a>> {
+    /// links one, as long as they may still win; on the robot as `identified` in any case; and on those that a leg
+    /// restored makes of the robots `begun`.
+    pub(super) fn screened(
+        &self,
+        ranked: &[Judged<'a>],
+        identified: Option<&Morphology>,
+        begun: &[Base<'a>],
+    ) -> Vec<Screened<'a>> {
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         for judged in ranked {
             let base = &judged.base;
@@ -83,6 +90,15 @@ impl<'a> Search<'a, '_> {
             };
             if !bases.iter().any(|other| alike(&other)) && bases.len() < self.effort.screened {
                 bases.push(Arc::clone(base));
+            }
+        }
+        // Other robots may walk more like one with an effect than the same without it, above all where it is known
+        // how the robot walks without.
+        let is_identified = |base: &Base<'a>| Some(&base.morphology) == identified;
+        if !bases.iter().any(|base| is_identified(base)) {
+            let mut each = ranked.iter().map(|judged| &judged.base);
+            if let Some(base) = each.find(|base| is_identified(base)) {
+                bases.insert(0, Arc::clone(base));
             }
         }
         let mut screened: Vec<Screened<'a>> = Vec::new();

@@ -180,7 +180,8 @@ impl<'a> Search<'a, '_> {
                 unfitted: Vec::new(),
             };
         }
-        let screened = self.screened(&bare, &bases.begun);
+        let identified = suspects.first().map(|suspect| &suspect.morphology);
+        let screened = self.screened(&bare, identified, &bases.begun);
         let mut proposals = self.singles(&screened);
         if self.effort.most_effects > 1 {
             proposals.extend(self.pairs(&screened, &proposals));

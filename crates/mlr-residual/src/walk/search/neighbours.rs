@@ -24,7 +24,8 @@ impl<'a> Search<'a, '_> {
     /// and of its robot without effects.
     ///
     /// The race looks at the beginning of the walk, and the robot that is likeliest there need not be the
-    /// likeliest in the end: what may be wrong with that one was not tried then.
+    /// likeliest in the end: what may be wrong with that one was not tried then. However hopeless its robot is without
+    /// effects, another one may explain it better.
     pub(super) fn with_neighbours(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
         let mut seen: Vec<Judged<'a>> = Vec::new();
         let mut screened: Vec<Screened<'a>> = Vec::new();
@@ -40,7 +41,8 @@ impl<'a> Search<'a, '_> {
             let least = least_ln_promise(&all);
             let looked_at: Vec<Judged<'a>> = on_its_robot
                 .filter(|one| one.walker.hypothesis.effects.len() < self.effort.most_effects)
-                .filter(|one| one.ln_promise > least && !seen.iter().any(|s| s.is_same(one)))
+                .filter(|one| one.ln_promise > least || one.walker.hypothesis.is_bare())
+                .filter(|one| !seen.iter().any(|known| known.is_same(one)))
                 .cloned()
                 .collect();
             let Some(first) = looked_at.first() else {
