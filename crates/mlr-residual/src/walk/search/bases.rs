@@ -15,6 +15,8 @@ pub(super) struct Bases<'a> {
     pub(super) begun: Vec<Base<'a>>,
     /// At their most probable walks, as far as they may still win.
     pub(super) settled: Vec<Arc<Base<'a>>>,
+    /// What the identification took the robot for.
+    identified: Option<Morphology>,
 }
 
 impl<'a> Search<'a, '_> {
@@ -43,6 +45,7 @@ impl<'a> Search<'a, '_> {
         Bases {
             settled: settled.collect(),
             begun: ranked.into_iter().map(|(_, base)| base).collect(),
+            identified: identified.cloned(),
         }
     }
 
@@ -73,14 +76,9 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The starts of effects on the likeliest robots, of each set of damaged legs and state of the lost
-    /// links one, as long as they may still win; on the robot as `identified` in any case; and on those that a leg
-    /// restored makes of the robots `begun`.
-    pub(super) fn screened(
-        &self,
-        ranked: &[Judged<'a>],
-        identified: Option<&Morphology>,
-        begun: &[Base<'a>],
-    ) -> Vec<Screened<'a>> {
+    /// links one, as long as they may still win; on the robot as identified, where it is not among the likeliest; and
+    /// on those that a leg restored makes of the robots begun.
+    pub(super) fn screened(&self, ranked: &[Judged<'a>], all: &Bases<'a>) -> Vec<Screened<'a>> {
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         for judged in ranked {
             let base = &judged.base;
@@ -94,7 +92,7 @@ impl<'a> Search<'a, '_> {
         }
         // Other robots may walk more like one with an effect than the same without it, above all where it is known
         // how the robot walks without.
-        let is_identified = |base: &Base<'a>| Some(&base.morphology) == identified;
+        let is_identified = |base: &Base<'a>| Some(&base.morphology) == all.identified.as_ref();
         if !bases.iter().any(|base| is_identified(base)) {
             let mut each = ranked.iter().map(|judged| &judged.base);
             if let Some(base) = each.find(|base| is_identified(base)) {
@@ -108,7 +106,7 @@ impl<'a> Search<'a, '_> {
                 screened.push(self.screened_on(base, &mut best));
             }
         }
-        let restored = self.restored(begun, &screened, best);
+        let restored = self.restored(&all.begun, &screened, best);
         screened.extend(
             restored
                 .into_iter()

@@ -180,8 +180,7 @@ impl<'a> Search<'a, '_> {
                 unfitted: Vec::new(),
             };
         }
-        let identified = suspects.first().map(|suspect| &suspect.morphology);
-        let screened = self.screened(&bare, identified, &bases.begun);
+        let screened = self.screened(&bare, &bases);
         let mut proposals = self.singles(&screened);
         if self.effort.most_effects > 1 {
             proposals.extend(self.pairs(&screened, &proposals));
