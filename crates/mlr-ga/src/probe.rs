@@ -31,9 +31,6 @@ pub struct ProbeSettings {
     pub seed: u64,
     /// How many robots of the make keep the bounds.
     pub robots: usize,
-    /// Of how many of them the information of each segment is asked; that of the whole motion, of
-    /// twice as many.
-    pub informed_robots: usize,
 }
 
 impl Default for ProbeSettings {
@@ -44,7 +41,6 @@ impl Default for ProbeSettings {
             most_folded_legs: 2,
             seed: 1,
             robots: 8,
-            informed_robots: 2,
         }
     }
 }
@@ -64,8 +60,12 @@ impl ProbeSettings {
             "degrees",
         )?;
         SettingError::check("most_folded_legs", self.most_folded_legs, 0..=2, "legs")?;
-        SettingError::check("robots", self.robots, 1..=1000, "")?;
-        SettingError::check("informed_robots", self.informed_robots, 1..=self.robots, "")
+        SettingError::check("robots", self.robots, 1..=1000, "")
+    }
+
+    /// Of how many robots the information of each segment is asked; that of the whole motion, of twice as many.
+    fn informed_robots(&self) -> usize {
+        self.robots.div_ceil(4)
     }
 }
 
@@ -218,7 +218,7 @@ pub fn calibration_motion(
             None => break whole,
         }
     };
-    let informed = (2 * settings.informed_robots).min(search.ensemble.len());
+    let informed = (2 * settings.informed_robots()).min(search.ensemble.len());
     let moved_s = whole.duration_s().unwrap_or_default();
     let of_motion = search.ensemble.information(&whole, moved_s, informed)?;
     progress.advance();
@@ -310,7 +310,7 @@ impl Search<'_> {
             return Ok(Err(LeftOut::Bound(broken)));
         }
         let duration_s = gait.duration_s().unwrap_or_default();
-        let robots = self.settings.informed_robots;
+        let robots = self.settings.informed_robots();
         let information = self.ensemble.information(&gait, duration_s, robots)?;
         Ok(Ok(Segment {
             walk: walk.clone(),
@@ -388,7 +388,6 @@ mod tests {
             longest_s: 10.0,
             most_folded_legs: 1,
             robots: 2,
-            informed_robots: 1,
             ..ProbeSettings::default()
         };
         let found = |settings| {

@@ -38,6 +38,10 @@ pub(super) struct ProbeOptions {
     /// How far the body may tilt, of every robot of the make that is tried.
     #[arg(long, value_name = "DEGREES", default_value_t = ProbeSettings::default().bounds.tilt_deg, allow_negative_numbers = true)]
     max_tilt_deg: f64,
+    /// How many robots of the make are tried for a motion that calibrates. Fewer take less time, and the motion keeps
+    /// its bounds less surely.
+    #[arg(long, value_name = "N", default_value_t = ProbeSettings::default().robots, requires = "calibrate")]
+    robots: usize,
     /// Chooses the robots of the make that are tried.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
           value_parser = clap::value_parser!(u64).range(..=LARGEST_SEED))]
@@ -63,6 +67,7 @@ pub(super) fn run(options: &ProbeOptions) -> anyhow::Result<()> {
         bounds: MotionBounds {
             tilt_deg: options.max_tilt_deg,
         },
+        robots: options.robots,
         seed: options.seed,
         ..ProbeSettings::default()
     };
@@ -70,6 +75,7 @@ pub(super) fn run(options: &ProbeOptions) -> anyhow::Result<()> {
         error.as_option(&[
             ("longest_s", "--max-s"),
             ("bounds.tilt_deg", "--max-tilt-deg"),
+            ("robots", "--robots"),
         ])
     })?;
     let asks = !options.logs.is_empty() || options.explanation.is_some();

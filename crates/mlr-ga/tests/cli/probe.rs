@@ -25,6 +25,8 @@ fn a_motion_is_written_as_gait_and_as_joints_and_calibrates_a_robot() {
         // Few of the walks that fold legs keep so tight a bound: less has to be tried.
         "--max-tilt-deg",
         "9",
+        "--robots",
+        "4",
         "--json",
     ];
     let report: Value = serde_json::from_str(&folder.succeeds(&arguments)).unwrap();
@@ -88,6 +90,8 @@ fn what_is_asked_for_must_make_sense() {
         &["--calibrate", "--max-tilt-deg", "-3"],
         &["--max-tilt-deg", "-3"],
     );
+    fails(&["--calibrate", "--robots", "0"], &["--robots", "0"]);
+    fails(&["walk.csv", "--robots", "4"], &["--calibrate"]);
     assert!(!fs::exists(&motion).unwrap());
 }
 
