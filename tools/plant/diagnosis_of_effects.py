@@ -1,11 +1,12 @@
 """What a diagnosis motion tells of two effects that look alike in a walk.
 
-    python tools/plant/diagnosis_of_effects.py target/release/mlr-ga [--robots 12] [--seed 1] [--only PAIR] -o DIR
+    python tools/plant/diagnosis_of_effects.py target/release/mlr-ga [--robots 12] [--seed 1] [--only PAIR] [--ask] -o DIR
 
 Each robot, drawn as it is assembled, has all its links and one of two effects that a nominal walk hardly tells
 apart: a slope or a tilted sensor, a payload or a pull, soft servos or soft ground. It walks its nominal gait
 (`mlr-ga explain`); what that leaves open is asked by a motion (`mlr-ga probe --explanation`) that the robot
-plays; then that log is explained after the first answer (`mlr-ga explain --after`). Tilt is that of the true
+plays; then that log is explained after the first answer (`mlr-ga explain --after`). With `--ask`
+both effects of the pair are asked about whatever the first answer says. Tilt is that of the true
 pose.
 """
 
@@ -65,6 +66,7 @@ def main():
     parser.add_argument("--robots", type=int, default=10, help="of each pair of effects")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", choices=PAIRS)
+    parser.add_argument("--ask", action="store_true", help="ask about both effects of the pair in any case")
     parser.add_argument("-o", "--output", type=Path, required=True, help="directory of the logs and answers; those that are there are not made again")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
@@ -85,8 +87,9 @@ def main():
             of_walk, right = said(answer, kind, rival)
             before.append(right)
             motion, joints = path("probe.toml"), path("probe.csv")
+            of_pair = ["--ask", ",".join(PAIRS[pair])] if args.ask else []
             told = asked(path("probe.json"), [
-                args.program, "probe", "--explanation", first, "-o", motion, "--joints", joints, "--json"])
+                args.program, "probe", "--explanation", first, *of_pair, "-o", motion, "--joints", joints, "--json"])
             parameters = ", ".join(f"{name} {value:.3g}" for name, value in effect["parameters"].items())
             row = f"| {pair} | {index} | {kind} {parameters} | {of_walk} |"
             if motion.exists():

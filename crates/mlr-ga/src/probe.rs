@@ -150,7 +150,7 @@ impl From<LeftOut> for ProbeError {
 }
 
 /// Step cycles of a segment at full stride or growing.
-const CYCLES: usize = 2;
+pub(crate) const FOLDED_CYCLES: usize = 2;
 /// Other steps that the legs of the most informative segments try: stride, lift and period over those
 /// of the gait.
 const STEPS: [[f64; 3]; 3] = [[1.3, 1.0, 1.0], [0.5, 1.5, 1.0], [1.0, 1.0, 1.5]];
@@ -183,13 +183,13 @@ pub fn calibration_motion(
         progress,
     };
     let mut left_out = BTreeMap::new();
-    let folded = of_legs(robot.legs().len(), settings.most_folded_legs);
+    let folded = folded_legs(robot.legs().len(), settings.most_folded_legs);
     let walks: Vec<FoldedWalk> = folded
         .into_iter()
         .map(|folded_legs| FoldedWalk {
             folded_legs,
             gait: gait.clone(),
-            cycles: CYCLES,
+            cycles: FOLDED_CYCLES,
         })
         .collect();
     // The first has no leg folded.
@@ -237,7 +237,7 @@ pub fn calibration_motion(
 }
 
 /// No leg, each leg, and each pair of legs, as far as so many may be folded.
-fn of_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
+pub(crate) fn folded_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
     let pairs = (0..legs).flat_map(|one| (one + 1..legs).map(move |other| vec![one, other]));
     std::iter::once(Vec::new())
         .chain((0..legs).map(|leg| vec![leg]))
@@ -374,9 +374,9 @@ mod tests {
 
     #[test]
     fn no_leg_each_leg_and_each_pair_are_candidates() {
-        let sets = of_legs(6, 2);
+        let sets = folded_legs(6, 2);
         assert_eq!(sets.len(), 1 + 6 + 15);
-        assert_eq!(of_legs(6, 1), sets[..7]);
+        assert_eq!(folded_legs(6, 1), sets[..7]);
         assert_eq!(sets[0], Vec::<usize>::new());
         assert!(sets.contains(&vec![0, 3]) && sets.contains(&vec![2]));
     }

@@ -6,9 +6,9 @@ mod diagnosis;
 use std::path::PathBuf;
 
 use anyhow::bail;
-use clap::Args;
+use clap::{Args, builder::PossibleValuesParser};
 use mlr_ga::{LARGEST_SEED, ProbeSettings, ReportedSegment};
-use mlr_residual::walk::MotionBounds;
+use mlr_residual::{walk::MotionBounds, walk_effects::LIBRARY};
 
 use super::{
     atlas_files::AtlasFiles, log_file::ReadOptions, model_files::ModelOfLogs,
@@ -30,6 +30,11 @@ pub(super) struct ProbeOptions {
     /// with --json: a slope or a tilted sensor, a payload or a pull. It takes the place of the logs.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["logs", "calibrate"])]
     explanation: Option<PathBuf>,
+    /// Ask about this kind of effect as well, whatever the explanation says of it: a payload or a pull hardly shows in
+    /// a walk on all legs. Wherever it is and of any size that its prior has; several with commas. The robot walks with
+    /// legs folded then, too.
+    #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = kinds_of_the_body())]
+    ask: Vec<String>,
     #[command(flatten)]
     files: MotionFiles,
     /// How long the motion may last [default: 20 s; 30 s with --calibrate].
@@ -78,6 +83,11 @@ pub(super) fn run(options: &ProbeOptions) -> anyhow::Result<()> {
             ("robots", "--robots"),
         ])
     })?;
+    if !options.ask.is_empty() && options.explanation.is_none() {
+        bail!(
+            "--ask without an explanation: expected --explanation FILE, as explain printed it with --json"
+        );
+    }
     let asks = !options.logs.is_empty() || options.explanation.is_some();
     match (asks, options.calibrate) {
         (false, true) => calibration::run(options, settings),
@@ -89,6 +99,13 @@ pub(super) fn run(options: &ProbeOptions) -> anyhow::Result<()> {
         ),
         (true, true) => bail!("a log with --calibrate: expected one of the two"),
     }
+}
+
+/// What changes how the body moves in a motion, rather than the sensor's signals or the time of the start.
+fn kinds_of_the_body() -> PossibleValuesParser {
+    let effects = LIBRARY.iter();
+    let of_the_body = effects.filter(|effect| !effect.is_of_sensing() && !effect.is_a_delay());
+    PossibleValuesParser::new(of_the_body.map(|effect| effect.kind()))
 }
 
 /// A diagnosis motion lasts no longer unless asked to.

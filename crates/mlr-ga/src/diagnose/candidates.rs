@@ -4,6 +4,8 @@ use mlr_model::{
     BodyNod, FoldedWalk, Gait, JointAxis, LegPress, MotionSegment, Robot, TurnInPlace,
 };
 
+use crate::probe::{FOLDED_CYCLES, folded_legs};
+
 /// What can be tried with a robot.
 pub(super) struct Candidates<'r> {
     pub(super) robot: &'r Robot,
@@ -105,6 +107,19 @@ impl Candidates<'_> {
             cycles: MARKED_CYCLES,
         });
         turns.chain(nods).chain([marked]).collect()
+    }
+
+    /// Walks with legs folded, one or two at a time: the others carry more.
+    pub(super) fn with_folded_legs(&self, most: usize) -> Vec<MotionSegment> {
+        let folded = folded_legs(self.robot.legs().len(), most).into_iter();
+        let walks = folded.filter(|legs| !legs.is_empty()).map(|folded_legs| {
+            MotionSegment::Walk(FoldedWalk {
+                folded_legs,
+                gait: self.gait.clone(),
+                cycles: FOLDED_CYCLES,
+            })
+        });
+        walks.collect()
     }
 }
 

@@ -32,14 +32,21 @@ pub struct OpenRobot {
     pub effects: Vec<OpenEffect>,
 }
 
-/// An effect in question, as an explanation reports it.
+/// An effect in question, as an explanation reports it, or as its prior expects it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct OpenEffect {
     /// What it is.
     pub kind: String,
-    /// Its parameters, each in the unit of its name.
+    /// Its parameters, each in the unit of its name. None where it is asked about whatever its size.
     pub parameters: BTreeMap<String, Reported>,
+}
+
+impl OpenEffect {
+    /// Whether it may be anywhere on the robot and of any size that its prior has.
+    pub fn is_of_any_size(&self) -> bool {
+        self.parameters.is_empty()
+    }
 }
 
 /// A robot whose lost links are gone or locked.
@@ -93,6 +100,29 @@ impl OpenQuestion {
         Ok(Self::among(known.map(OpenRobot::from).collect()))
     }
 
+    /// The same asked about these kinds of effects as well, wherever they are and whatever their size: each on the
+    /// most probable robot, and as probable as that one. A kind that is in question already stays as it is.
+    #[must_use]
+    pub fn asking(self, kinds: &[String]) -> Self {
+        let Some(best) = self.robots.first().cloned() else {
+            return self;
+        };
+        let is_asked = |kind: &String| {
+            let mut open = self.robots.iter().flat_map(|one| &one.effects);
+            !open.any(|effect| effect.kind == *kind)
+        };
+        let asked = kinds.iter().filter(|kind| is_asked(kind));
+        let asked = asked.map(|kind| OpenRobot {
+            effects: vec![OpenEffect {
+                kind: kind.clone(),
+                parameters: BTreeMap::new(),
+            }],
+            ..best.clone()
+        });
+        let asked: Vec<OpenRobot> = asked.collect();
+        Self::among(self.robots.into_iter().chain(asked).collect())
+    }
+
     /// One of these robots is the right one.
     fn among(mut robots: Vec<OpenRobot>) -> Self {
         robots.sort_by(|a, b| b.probability.total_cmp(&a.probability));
@@ -137,6 +167,12 @@ impl OpenQuestion {
     /// Whether effects are in question.
     pub fn is_of_effects(&self) -> bool {
         self.robots.iter().any(|one| !one.effects.is_empty())
+    }
+
+    /// Whether effects of any size are in question.
+    pub fn is_of_any_size(&self) -> bool {
+        let mut effects = self.robots.iter().flat_map(|one| &one.effects);
+        effects.any(OpenEffect::is_of_any_size)
     }
 
     /// The legs, from 0, of which not the same links are left in all robots.
@@ -257,5 +293,15 @@ mod tests {
         assert!((question.robots[0].probability - 2.0 / 3.0).abs() < 1e-12);
         assert!(question.is_of_effects() && !question.is_sure());
         assert!(question.legs_in_doubt().is_empty());
+        // What else is asked about is as probable as the most probable one, and once.
+        let asked = question.asking(&["payload".into(), "slope".into()]);
+        let of = |kind: &str| {
+            let mut robots = asked.robots.iter();
+            robots.find(|one| one.effects[0].kind == kind).unwrap()
+        };
+        assert_eq!(asked.robots.len(), 3);
+        assert!((of("payload").probability - of("slope").probability).abs() < 1e-12);
+        assert!(of("payload").effects[0].is_of_any_size());
+        assert!(!of("slope").effects[0].is_of_any_size() && asked.is_of_any_size());
     }
 }

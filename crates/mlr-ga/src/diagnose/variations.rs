@@ -1,7 +1,8 @@
 //! How the model may differ from the robot, whatever is in question.
 
-use mlr_model::Variation;
+use mlr_model::{Variation, standard_normal};
 use mlr_residual::walk::NuisanceSettings;
+use rand_chacha::ChaCha8Rng;
 
 /// Variations of the model that each robot in question is simulated under, at most.
 const DRAWS: usize = 6;
@@ -10,6 +11,21 @@ const DRAWS: usize = 6;
 pub(super) fn usual(all: &[Variation]) -> Vec<Variation> {
     let count = all.len().min(DRAWS);
     let drawn = (0..count).map(|draw| all[draw * all.len() / count]);
+    drawn.collect()
+}
+
+/// Draws of effects of any size. A payload has a mass and a place: three for each of these.
+const DRAWS_OF_ANY_SIZE: usize = 12;
+
+/// Draws of what robots of one make and days differ by, one for each draw of an effect of any size.
+pub(super) fn drawn(generator: &mut ChaCha8Rng) -> Vec<Variation> {
+    let nuisance = NuisanceSettings::default();
+    let draws = 0..DRAWS_OF_ANY_SIZE;
+    let drawn = draws.map(|_| Variation {
+        stiffness: (nuisance.ln_stiffness * standard_normal(generator)).exp(),
+        friction: (nuisance.ln_friction * standard_normal(generator)).exp(),
+        ..Variation::default()
+    });
     drawn.collect()
 }
 

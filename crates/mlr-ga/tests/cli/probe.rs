@@ -92,6 +92,12 @@ fn what_is_asked_for_must_make_sense() {
     );
     fails(&["--calibrate", "--robots", "0"], &["--robots", "0"]);
     fails(&["walk.csv", "--robots", "4"], &["--calibrate"]);
+    fails(&["walk.csv", "--ask", "payload"], &["--explanation"]);
+    // A bias of the gyroscope is the same in every motion.
+    fails(
+        &["--explanation", "walk.json", "--ask", "payload,gyro_bias"],
+        &["gyro_bias", "external_force"],
+    );
     assert!(!fs::exists(&motion).unwrap());
 }
 

@@ -1,6 +1,8 @@
 use std::{collections::BTreeMap, fmt::Debug};
 
 use mlr_model::{Morphology, Robot};
+use rand::RngExt as _;
+use rand_chacha::ChaCha8Rng;
 
 use super::EffectParameter;
 pub(super) use crate::effect_parameter::named;
@@ -86,6 +88,22 @@ pub trait WalkEffect: Sync + Debug {
 
     /// The parameters that people read, in the units of their names.
     fn report(&self, place: Place, values: &[f64], model: &WalkModel) -> BTreeMap<String, f64>;
+
+    /// Adds it to the model of a robot with these links, anywhere that it may sit and as large as its prior has it. Where
+    /// it can sit nowhere, nothing changes.
+    fn draw(&self, morphology: &Morphology, model: &mut WalkModel, generator: &mut ChaCha8Rng) {
+        let places = self.places(&model.robot, morphology);
+        if places.is_empty() {
+            return;
+        }
+        let place = places[generator.random_range(0..places.len())];
+        let parameters = self.parameters(place, model);
+        let values = parameters
+            .iter()
+            .map(|parameter| parameter.value(mlr_model::standard_normal(generator)));
+        let values: Vec<f64> = values.collect();
+        self.apply(place, &values, model);
+    }
 
     /// Nuisance parameters of the same quantity: a hypothesis with the effect goes without them, because
     /// its prior is so much wider.

@@ -26,7 +26,8 @@ pub(super) fn run(options: &ProbeOptions, settings: ProbeSettings) -> anyhow::Re
     let stance = stance.cloned().unwrap_or_else(Gait::tripod);
     let files = options.files.reserve()?;
     let question = match &options.explanation {
-        Some(path) => saved_answer(path, |text| OpenQuestion::of_explanation(text, &robot))?,
+        Some(path) => saved_answer(path, |text| OpenQuestion::of_explanation(text, &robot))?
+            .asking(&options.ask),
         None => of_the_logs(
             options,
             &robot,

@@ -76,8 +76,8 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The starts of effects on the likeliest robots, of each set of damaged legs and state of the lost
-    /// links one, as long as they may still win; on the robot as identified, where it is not among the likeliest; and
-    /// on those that a leg restored makes of the robots begun.
+    /// links one, as long as they may still win; on the robot as identified in any case; and on those that a leg
+    /// restored makes of the robots begun.
     pub(super) fn screened(&self, ranked: &[Judged<'a>], all: &Bases<'a>) -> Vec<Screened<'a>> {
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         for judged in ranked {
@@ -102,7 +102,7 @@ impl<'a> Search<'a, '_> {
         let mut screened: Vec<Screened<'a>> = Vec::new();
         let mut best = f64::NEG_INFINITY;
         for base in bases {
-            if self.ln_weight_of(&base) >= best - HOPELESS {
+            if is_identified(&base) || self.ln_weight_of(&base) >= best - HOPELESS {
                 screened.push(self.screened_on(base, &mut best));
             }
         }

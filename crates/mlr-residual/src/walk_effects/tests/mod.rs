@@ -1,5 +1,6 @@
 //! How walks change with effects: what a fit relies on.
 
+mod drawing;
 mod leaning;
 mod mirroring;
 mod neutrality;
