@@ -2,8 +2,10 @@
 //! with it.
 
 mod candidates;
+mod earlier_walk;
 mod hypothesis_model;
 mod question;
+mod recorded;
 mod report;
 mod variations;
 
@@ -20,11 +22,13 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use candidates::Candidates;
+use earlier_walk::EarlierWalk;
 use question::{Hypothesis, entropy_nats};
+use recorded::Recorded;
 
 use crate::{
     IdentifySettings, ProbeSettings,
-    comparison::{AlignedMeasurement, Alignment, ComparableWalk, SpectralSettings},
+    comparison::{Alignment, ComparableWalk},
 };
 
 /// A segment of the motion.
@@ -122,7 +126,8 @@ pub fn diagnosis_motion(
 struct Search<'s> {
     question: &'s OpenQuestion,
     hypotheses: Vec<Hypothesis<'s>>,
-    /// The model of each hypothesis under each variation that is drawn.
+    /// The model of each hypothesis under each variation that is drawn; of an effect of any size, another draw under
+    /// each.
     models: Vec<Vec<(Robot, SimulationSettings)>>,
     robot: &'s Robot,
     gait: &'s Gait,
@@ -147,9 +152,20 @@ impl<'s> Search<'s> {
             (true, true) => variations::drawn(&mut generator),
         };
         let hypotheses = question.hypotheses();
+        let simulation = &identification.simulation;
+        // The most probable robot comes first, and is one that is known.
+        let earlier = match hypotheses.first().filter(|_| question.is_of_any_size()) {
+            Some(best) => EarlierWalk::new(best, robot, gait, identification, &mut generator)?,
+            None => None,
+        };
         let models = hypotheses.iter().map(|one| {
+            let is_drawn = one.robot.effects.iter().any(OpenEffect::is_of_any_size);
+            let earlier = earlier.as_ref().filter(|_| is_drawn);
             let varied = variations.iter().map(|variation| {
-                let model = one.model(robot, gait, &identification.simulation, &mut generator);
+                if let Some(earlier) = earlier {
+                    return earlier.draw(one, robot, simulation, variation, &mut generator);
+                }
+                let model = one.model(robot, gait, simulation, &mut generator);
                 let robot = model.robot.with_servo(model.servo)?;
                 variation.apply(&robot, &model.simulation)
             });
@@ -249,34 +265,15 @@ impl<'s> Search<'s> {
         gait: &Gait,
         duration_s: f64,
     ) -> LnLikelihoods {
-        let samples = (duration_s * ComparableWalk::RATE_HZ) as usize;
-        let likelihood = self.identification.likelihood.of_samples(samples);
-        let spectral = SpectralSettings {
-            cutoff_hz: self.identification.filter.cutoff_hz,
-            gait_period_s: gait.period_s,
-            between_harmonics: 1.0,
-        };
         let simulated: Vec<_> = walked.iter().map(ComparableWalk::new).collect();
-        let usual = &self.identification.plausibility.usual;
         let draws = self.draws;
         let each = walked.par_iter().enumerate().map(|(truth, recording)| {
-            let measured = AlignedMeasurement::new(recording, 0.0, samples, spectral);
-            let motion_deg2 = measured.motion_deg2(Alignment::default());
-            let ln = |other: &ComparableWalk| {
-                let mut misfit = measured.misfit(other, 0, &likelihood)?;
-                // What the model lacks of any real robot, as measured on the plant's.
-                let squares = misfit.mean_square_deg2.iter_mut().zip(motion_deg2);
-                let usual = usual.noise_deg.iter().zip(&usual.motion_share);
-                for ((square_deg2, motion_deg2), (noise_deg, share)) in squares.zip(usual) {
-                    *square_deg2 += noise_deg.powi(2) + share * share * motion_deg2;
-                }
-                Some(likelihood.ln_likelihood(&misfit))
-            };
+            let recorded = Recorded::new(recording, duration_s, gait.period_s, self.identification);
             let of_hypothesis = |others: &[ComparableWalk]| {
                 let others = others.iter().enumerate();
                 let others = others.filter(|(draw, _)| draws == 1 || *draw != truth % draws);
                 let ln: Vec<f64> = others
-                    .map(|(_, other)| ln(other).unwrap_or(f64::NEG_INFINITY))
+                    .map(|(_, other)| recorded.ln_likelihood(other))
                     .collect();
                 ln_mean(ln.iter().copied(), ln.len())
             };

@@ -36,6 +36,9 @@ const LARGE_NODS: [(f64, f64); 2] = [(8.0, 0.8), (8.0, 0.4)];
 /// Steps on the spot: every change of the standing legs shakes the body.
 const MARKED_CYCLES: usize = 3;
 
+/// Strides of walks with legs folded, over that of the gait.
+const STRIDES: [f64; 2] = [1.0, 0.4];
+
 /// Far beyond what a standing robot sways, and less than any bound on tilt that makes sense.
 const NOD_DEG: f64 = 3.0;
 const NOD_S: f64 = 0.25;
@@ -109,14 +112,22 @@ impl Candidates<'_> {
         turns.chain(nods).chain([marked]).collect()
     }
 
-    /// Walks with legs folded, one or two at a time: the others carry more.
+    /// Walks with legs folded, one or two at a time: the others carry more. Shorter steps tilt a robot with soft servos
+    /// less.
     pub(super) fn with_folded_legs(&self, most: usize) -> Vec<MotionSegment> {
         let folded = folded_legs(self.robot.legs().len(), most).into_iter();
-        let walks = folded.filter(|legs| !legs.is_empty()).map(|folded_legs| {
-            MotionSegment::Walk(FoldedWalk {
-                folded_legs,
-                gait: self.gait.clone(),
-                cycles: FOLDED_CYCLES,
+        let folded = folded.filter(|legs| !legs.is_empty());
+        let walks = folded.flat_map(|folded_legs| {
+            STRIDES.map(|stride| {
+                let mut gait = self.gait.clone();
+                if let Some(feet) = gait.feet_mut() {
+                    feet.stride_m *= stride;
+                }
+                MotionSegment::Walk(FoldedWalk {
+                    folded_legs: folded_legs.clone(),
+                    gait,
+                    cycles: FOLDED_CYCLES,
+                })
             })
         });
         walks.collect()
