@@ -72,7 +72,7 @@ struct Candidate {
 /// Searches segments that keep the bounds for every robot in question, its lost links gone or
 /// locked as far as that is in question, and every variation of the model: legs in doubt press on the
 /// ground; where effects are in question, the robot turns on the spot, nods and marks time; where these may be of any
-/// size, it also walks with legs folded. Joins those that lower the expected entropy most in their time.
+/// size, it also walks with one leg folded. Joins those that lower the expected entropy most in their time.
 ///
 /// No walks with folded legs where links are in question: close to tipping they seem to tell much, and mislead
 /// (`docs/probe.md`).
@@ -97,7 +97,7 @@ pub fn diagnosis_motion(
         tried.extend(candidates.of_the_whole_body());
     }
     if question.is_of_any_size() {
-        tried.extend(candidates.with_folded_legs(settings.most_folded_legs));
+        tried.extend(candidates.with_a_folded_leg());
     }
     let kept = search.kept(&tried, progress)?;
     let bounded = kept.len();
@@ -370,9 +370,9 @@ mod tests {
 
     use super::*;
 
-    /// On few candidates: a walk on all legs hardly shows a payload, legs folded do.
+    /// On few candidates: a walk on all legs hardly shows a payload; with one folded it does.
     #[test]
-    fn a_payload_of_any_size_is_asked_about_with_legs_folded() {
+    fn a_payload_of_any_size_is_asked_about_with_a_leg_folded() {
         let robot = Robot::jethexa();
         let nothing_wrong = OpenQuestion {
             robots: vec![OpenRobot {
@@ -385,7 +385,6 @@ mod tests {
         let settings = ProbeSettings {
             longest_s: 5.8,
             bounds: MotionBounds { tilt_deg: 20.0 },
-            most_folded_legs: 1,
             ..ProbeSettings::default()
         };
         let asked = |question: &OpenQuestion| {

@@ -237,7 +237,7 @@ pub fn calibration_motion(
 }
 
 /// No leg, each leg, and each pair of legs, as far as so many may be folded.
-pub(crate) fn folded_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
+fn folded_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
     let pairs = (0..legs).flat_map(|one| (one + 1..legs).map(move |other| vec![one, other]));
     std::iter::once(Vec::new())
         .chain((0..legs).map(|leg| vec![leg]))

@@ -32,7 +32,7 @@ pub(super) struct ProbeOptions {
     explanation: Option<PathBuf>,
     /// Ask about this kind of effect as well, whatever the explanation says of it: a payload or a pull hardly shows in
     /// a walk on all legs. Wherever it is and of any size that its prior has; several with commas. The robot walks with
-    /// legs folded then, too.
+    /// one leg folded then, too.
     #[arg(long, value_name = "KIND", value_delimiter = ',', value_parser = kinds_of_the_body())]
     ask: Vec<String>,
     #[command(flatten)]

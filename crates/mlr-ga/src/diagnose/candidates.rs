@@ -4,7 +4,7 @@ use mlr_model::{
     BodyNod, FoldedWalk, Gait, JointAxis, LegPress, MotionSegment, Robot, TurnInPlace,
 };
 
-use crate::probe::{FOLDED_CYCLES, folded_legs};
+use crate::probe::FOLDED_CYCLES;
 
 /// What can be tried with a robot.
 pub(super) struct Candidates<'r> {
@@ -36,7 +36,7 @@ const LARGE_NODS: [(f64, f64); 2] = [(8.0, 0.8), (8.0, 0.4)];
 /// Steps on the spot: every change of the standing legs shakes the body.
 const MARKED_CYCLES: usize = 3;
 
-/// Strides of walks with legs folded, over that of the gait.
+/// Strides of walks with a leg folded, over that of the gait.
 const STRIDES: [f64; 2] = [1.0, 0.4];
 
 /// Far beyond what a standing robot sways, and less than any bound on tilt that makes sense.
@@ -112,19 +112,18 @@ impl Candidates<'_> {
         turns.chain(nods).chain([marked]).collect()
     }
 
-    /// Walks with legs folded, one or two at a time: the others carry more. Shorter steps tilt a robot with soft servos
-    /// less.
-    pub(super) fn with_folded_legs(&self, most: usize) -> Vec<MotionSegment> {
-        let folded = folded_legs(self.robot.legs().len(), most).into_iter();
-        let folded = folded.filter(|legs| !legs.is_empty());
-        let walks = folded.flat_map(|folded_legs| {
+    /// Walks with one leg folded: the others carry more. Shorter steps tilt a robot with soft servos less. With two
+    /// folded, a robot tips more than the model expects (`docs/probe.md`).
+    pub(super) fn with_a_folded_leg(&self) -> Vec<MotionSegment> {
+        let legs = 0..self.robot.legs().len();
+        let walks = legs.flat_map(|leg| {
             STRIDES.map(|stride| {
                 let mut gait = self.gait.clone();
                 if let Some(feet) = gait.feet_mut() {
                     feet.stride_m *= stride;
                 }
                 MotionSegment::Walk(FoldedWalk {
-                    folded_legs: folded_legs.clone(),
+                    folded_legs: vec![leg],
                     gait,
                     cycles: FOLDED_CYCLES,
                 })

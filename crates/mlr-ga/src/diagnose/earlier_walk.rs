@@ -57,29 +57,50 @@ impl<'s> EarlierWalk<'s> {
         variation: &Variation,
         generator: &mut ChaCha8Rng,
     ) -> Result<(Robot, SimulationSettings), ModelError> {
-        let mut most_alike = None;
-        for _ in 0..TRIES {
-            let model = of.model(robot, self.gait, simulation, generator);
-            let drawn = model.robot.with_servo(model.servo)?;
-            // The effect alone: what robots of the make differ by shows in every walk.
-            let walk = walked(&drawn, self.gait, &model.simulation, &of.robot.morphology)?;
-            let ln = walk.map_or(f64::NEG_INFINITY, |walk| {
-                self.recorded.ln_likelihood(&ComparableWalk::new(&walk))
-            });
-            let likeness = (ln - self.ln_likelihood).exp();
-            let varied = variation.apply(&drawn, &model.simulation)?;
-            if generator.random::<f64>() < likeness {
-                return Ok(varied);
+        let mut drawn = self.drawn(of, robot, simulation, generator)?;
+        let mut most_alike = drawn.clone();
+        for _ in 1..TRIES {
+            if generator.random::<f64>() < drawn.ln_likeness.exp() {
+                most_alike = drawn;
+                break;
             }
-            if most_alike.as_ref().is_none_or(|(best, _)| ln > *best) {
-                most_alike = Some((ln, varied));
+            drawn = self.drawn(of, robot, simulation, generator)?;
+            if drawn.ln_likeness > most_alike.ln_likeness {
+                most_alike = drawn.clone();
             }
         }
-        match most_alike {
-            Some((_, varied)) => Ok(varied),
-            None => variation.apply(robot, simulation),
-        }
+        // What robots of the make differ by shows in every walk, and does not count here.
+        variation.apply(&most_alike.robot, &most_alike.simulation)
     }
+
+    fn drawn(
+        &self,
+        of: &Hypothesis<'_>,
+        robot: &Robot,
+        simulation: &SimulationSettings,
+        generator: &mut ChaCha8Rng,
+    ) -> Result<Drawn, ModelError> {
+        let model = of.model(robot, self.gait, simulation, generator);
+        let robot = model.robot.with_servo(model.servo)?;
+        let walk = walked(&robot, self.gait, &model.simulation, &of.robot.morphology)?;
+        let ln_likelihood = walk.map_or(f64::NEG_INFINITY, |walk| {
+            self.recorded.ln_likelihood(&ComparableWalk::new(&walk))
+        });
+        Ok(Drawn {
+            robot,
+            simulation: model.simulation,
+            ln_likeness: ln_likelihood - self.ln_likelihood,
+        })
+    }
+}
+
+/// A robot with an effect of some size.
+#[derive(Clone)]
+struct Drawn {
+    robot: Robot,
+    simulation: SimulationSettings,
+    /// Logarithm of its likelihood over that of the robot that made the walk.
+    ln_likeness: f64,
 }
 
 /// `None` where it diverges.

@@ -100,8 +100,8 @@ impl OpenQuestion {
         Ok(Self::among(known.map(OpenRobot::from).collect()))
     }
 
-    /// The same asked about these kinds of effects as well, wherever they are and whatever their size: each on the
-    /// most probable robot, and as probable as that one. A kind that is in question already stays as it is.
+    /// The same asked about these kinds of effects as well, wherever they are and whatever their size: each alone
+    /// on what is left of the most probable robot, and as probable as that one. A kind that is in question already stays as it is.
     #[must_use]
     pub fn asking(self, kinds: &[String]) -> Self {
         let Some(best) = self.robots.first().cloned() else {
