@@ -1,6 +1,6 @@
 //! What a log leaves open.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mlr_model::{LostLinks, Morphology, Robot};
 use mlr_residual::walk::Reported;
@@ -101,7 +101,8 @@ impl OpenQuestion {
     }
 
     /// The same asked about these kinds of effects as well, wherever they are and whatever their size: each alone
-    /// on what is left of the most probable robot, and as probable as that one. A kind that is in question already stays as it is.
+    /// on what is left of the most probable robot, and as probable as that one. A kind that is in question already
+    /// stays as it is.
     #[must_use]
     pub fn asking(self, kinds: &[String]) -> Self {
         let Some(best) = self.robots.first().cloned() else {
@@ -111,7 +112,8 @@ impl OpenQuestion {
             let mut open = self.robots.iter().flat_map(|one| &one.effects);
             !open.any(|effect| effect.kind == *kind)
         };
-        let asked = kinds.iter().filter(|kind| is_asked(kind));
+        let kinds: BTreeSet<&String> = kinds.iter().collect();
+        let asked = kinds.into_iter().filter(|kind| is_asked(kind));
         let asked = asked.map(|kind| OpenRobot {
             effects: vec![OpenEffect {
                 kind: kind.clone(),
@@ -294,7 +296,7 @@ mod tests {
         assert!(question.is_of_effects() && !question.is_sure());
         assert!(question.legs_in_doubt().is_empty());
         // What else is asked about is as probable as the most probable one, and once.
-        let asked = question.asking(&["payload".into(), "slope".into()]);
+        let asked = question.asking(&["payload", "slope", "payload"].map(String::from));
         let of = |kind: &str| {
             let mut robots = asked.robots.iter();
             robots.find(|one| one.effects[0].kind == kind).unwrap()
