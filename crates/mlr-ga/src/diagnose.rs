@@ -165,9 +165,8 @@ impl<'s> Search<'s> {
                 if let Some(earlier) = earlier {
                     return earlier.draw(one, robot, simulation, variation, &mut generator);
                 }
-                let model = one.model(robot, gait, simulation, &mut generator);
-                let robot = model.robot.with_servo(model.servo)?;
-                variation.apply(&robot, &model.simulation)
+                let (robot, simulation) = one.model(robot, gait, simulation, &mut generator)?;
+                variation.apply(&robot, &simulation)
             });
             varied.collect::<Result<Vec<_>, _>>()
         });

@@ -246,8 +246,8 @@ fn folded_legs(legs: usize, most: usize) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// The same walk with other steps.
-fn varied(walk: &FoldedWalk, [stride, lift, period]: [f64; 3]) -> FoldedWalk {
+/// The same walk with other steps: stride, lift and period over those that it has.
+pub(crate) fn varied(walk: &FoldedWalk, [stride, lift, period]: [f64; 3]) -> FoldedWalk {
     let mut walk = walk.clone();
     walk.gait.period_s *= period;
     if let Some(feet) = walk.gait.feet_mut() {

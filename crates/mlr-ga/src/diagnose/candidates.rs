@@ -4,7 +4,7 @@ use mlr_model::{
     BodyNod, FoldedWalk, Gait, JointAxis, LegPress, MotionSegment, Robot, TurnInPlace,
 };
 
-use crate::probe::FOLDED_CYCLES;
+use crate::probe::{FOLDED_CYCLES, varied};
 
 /// What can be tried with a robot.
 pub(super) struct Candidates<'r> {
@@ -117,17 +117,12 @@ impl Candidates<'_> {
     pub(super) fn with_a_folded_leg(&self) -> Vec<MotionSegment> {
         let legs = 0..self.robot.legs().len();
         let walks = legs.flat_map(|leg| {
-            STRIDES.map(|stride| {
-                let mut gait = self.gait.clone();
-                if let Some(feet) = gait.feet_mut() {
-                    feet.stride_m *= stride;
-                }
-                MotionSegment::Walk(FoldedWalk {
-                    folded_legs: vec![leg],
-                    gait,
-                    cycles: FOLDED_CYCLES,
-                })
-            })
+            let walk = FoldedWalk {
+                folded_legs: vec![leg],
+                gait: self.gait.clone(),
+                cycles: FOLDED_CYCLES,
+            };
+            STRIDES.map(|stride| MotionSegment::Walk(varied(&walk, [stride, 1.0, 1.0])))
         });
         walks.collect()
     }

@@ -35,9 +35,8 @@ impl<'s> EarlierWalk<'s> {
         settings: &'s IdentifySettings,
         generator: &mut ChaCha8Rng,
     ) -> Result<Option<Self>, ModelError> {
-        let model = of.model(robot, gait, &settings.simulation, generator);
-        let robot = model.robot.with_servo(model.servo)?;
-        let walked = walked(&robot, gait, &model.simulation, &of.robot.morphology)?;
+        let (robot, simulation) = of.model(robot, gait, &settings.simulation, generator)?;
+        let walked = walked(&robot, gait, &simulation, &of.robot.morphology)?;
         Ok(walked.map(|walk| {
             let recorded = Recorded::new(&walk, WALK_S, gait.period_s, settings);
             Self {
@@ -80,15 +79,14 @@ impl<'s> EarlierWalk<'s> {
         simulation: &SimulationSettings,
         generator: &mut ChaCha8Rng,
     ) -> Result<Drawn, ModelError> {
-        let model = of.model(robot, self.gait, simulation, generator);
-        let robot = model.robot.with_servo(model.servo)?;
-        let walk = walked(&robot, self.gait, &model.simulation, &of.robot.morphology)?;
+        let (robot, simulation) = of.model(robot, self.gait, simulation, generator)?;
+        let walk = walked(&robot, self.gait, &simulation, &of.robot.morphology)?;
         let ln_likelihood = walk.map_or(f64::NEG_INFINITY, |walk| {
             self.recorded.ln_likelihood(&ComparableWalk::new(&walk))
         });
         Ok(Drawn {
             robot,
-            simulation: model.simulation,
+            simulation,
             ln_likeness: ln_likelihood - self.ln_likelihood,
         })
     }

@@ -1,6 +1,6 @@
 //! The model of a robot in question.
 
-use mlr_model::{Gait, Robot, SimulationSettings};
+use mlr_model::{Gait, ModelError, Robot, SimulationSettings};
 use mlr_residual::{
     walk::WalkModel,
     walk_effects::{apply_reported, apply_reported_surroundings, find},
@@ -19,7 +19,7 @@ impl Hypothesis<'_> {
         gait: &Gait,
         simulation: &SimulationSettings,
         generator: &mut ChaCha8Rng,
-    ) -> WalkModel {
+    ) -> Result<(Robot, SimulationSettings), ModelError> {
         let simulation = SimulationSettings {
             lost_links: self.lost_links,
             ..simulation.clone()
@@ -37,6 +37,6 @@ impl Hypothesis<'_> {
             let _ = apply_reported(kind, parameters, &mut model);
             let _ = apply_reported_surroundings(kind, parameters, &mut model);
         }
-        model
+        Ok((model.robot.with_servo(model.servo)?, model.simulation))
     }
 }

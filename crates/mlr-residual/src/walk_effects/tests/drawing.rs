@@ -17,8 +17,7 @@ fn every_effect_is_drawn_with_many_sizes_and_the_same_by_the_same_seed() {
     let whole = Morphology::healthy(&robot.layout());
     for effect in LIBRARY {
         let of = |seed| drawn(*effect, &whole, seed);
-        let same = format!("{:?}", of(1)) == format!("{:?}", of(1));
-        assert!(same, "{}", effect.kind());
+        assert_eq!(of(1), of(1), "{}", effect.kind());
         let sizes: std::collections::BTreeSet<String> =
             (0..8).map(|seed| format!("{:?}", of(seed))).collect();
         // A few may lie at a bound.
