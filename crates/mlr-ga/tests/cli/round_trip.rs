@@ -178,7 +178,7 @@ fn bad_time_stamps_are_repaired_and_reported() {
     let mut lines: Vec<&str> = text.lines().collect();
     lines.insert(1000, lines[999]);
     lines.swap(1500, 1501);
-    let spoilt = folder.write("spoilt.csv", lines.join("\n"));
+    let spoilt = folder.write("spoilt.csv", lines.join("\n") + "\n");
     let config = folder.write("quick.toml", QUICK);
     let output = folder
         .program(&["identify", &spoilt, "--json", "--config", &config])

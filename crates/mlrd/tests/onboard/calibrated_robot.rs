@@ -50,8 +50,8 @@ fn settings(most_effects: usize) -> String {
     format!("recover = false\n{LITTLE}{effort}")
 }
 
-/// By how much its sensor is knocked out of place in the end.
-const KNOCKED_DEG: f64 = 3.0;
+/// By how much its sensor is knocked out of place in the end: more than what is left open by so short a lesson.
+const KNOCKED_DEG: f64 = 4.0;
 
 fn own_robot() -> Robot {
     let own = |robot: Robot, (one, by)| robot.with_added(one, by);
@@ -240,7 +240,12 @@ fn a_robot_is_learned_and_explained_across_a_restart_and_a_kill() {
     told("explained");
     let result = &explained["result"];
     assert_eq!(result["damaged_legs"], serde_json::json!([3]));
-    assert_eq!(result["effects"].as_array().unwrap().len(), 1);
+    let probability = &result["effect_probability"];
+    assert_eq!(
+        result["effects"].as_array().unwrap().len(),
+        1,
+        "{probability}"
+    );
     assert_eq!(result["effects"][0]["kind"], "imu_misalignment");
     let found_deg = result["effects"][0]["parameters"]["roll_deg"]
         .as_f64()

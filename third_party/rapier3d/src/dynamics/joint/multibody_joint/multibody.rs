@@ -1,7 +1,11 @@
-// Changed from rapier3d 0.36.1: products with Jacobians leave out the columns that are always zero, and are
-// unrolled; poses of links can be computed without Jacobians.
+// Changed from rapier3d 0.36.1: mass matrices are assembled from what subtrees weigh together and factorized along
+// the tree; products with Jacobians leave out the columns that are always zero, and are unrolled; poses of links
+// can be computed without Jacobians.
 
+use super::multibody_factors::{DofAncestors, MassFactors};
 use super::multibody_link::{MultibodyLink, MultibodyLinkVec};
+#[cfg(feature = "dim3")]
+use super::multibody_mass::{DofMotion, LinkMotion, SubtreeMass};
 use super::multibody_workspace::MultibodyWorkspace;
 use crate::alloc_prelude::*;
 use crate::dynamics::integration_parameters::SpringCoefficients;
@@ -9,18 +13,17 @@ use crate::dynamics::solver::{GenericJointConstraint, WritebackId};
 use crate::dynamics::{
     IntegrationParameters, RigidBodyHandle, RigidBodySet, RigidBodyType, RigidBodyVelocity,
 };
-use crate::math::{
-    ANG_DIM, AngDim, AngVector, DIM, DVector, Dim, Jacobian, Pose, Real, SPATIAL_DIM,
-    SimdAngVector, Vector,
-};
+use crate::math::{ANG_DIM, AngVector, DIM, DVector, Jacobian, Pose, Real, SPATIAL_DIM, Vector};
+#[cfg(feature = "dim2")]
+use crate::math::{AngDim, Dim, SimdAngVector};
 use crate::prelude::MultibodyJoint;
-#[cfg(feature = "dim3")]
-use crate::utils::mat_to_na;
-use crate::utils::{AngularInertiaOps, CrossProduct, CrossProductMatrix, IndexMut2, vect_to_na};
+#[cfg(feature = "dim2")]
+use crate::utils::AngularInertiaOps;
+use crate::utils::{CrossProduct, CrossProductMatrix, IndexMut2, vect_to_na};
 use core::ops::Range;
-use na::{
-    self, DMatrix, DVectorView, DVectorViewMut, Dyn, LU, OMatrix, SMatrix, SVector, StorageMut,
-};
+#[cfg(feature = "dim2")]
+use na::OMatrix;
+use na::{self, DMatrix, DVectorView, DVectorViewMut, Dyn, SMatrix, SVector, StorageMut};
 
 #[cfg(doc)]
 use crate::prelude::{GenericJoint, RigidBody};
@@ -48,21 +51,6 @@ fn concat_rb_mass_matrix(mass: Vector, inertia: Real) -> SMatrix<Real, SPATIAL_D
     result[(0, 0)] = mass.x;
     result[(1, 1)] = mass.y;
     result[(2, 2)] = inertia;
-    result
-}
-
-#[cfg(feature = "dim3")]
-fn concat_rb_mass_matrix(
-    mass: Vector,
-    inertia: na::Matrix3<Real>,
-) -> SMatrix<Real, SPATIAL_DIM, SPATIAL_DIM> {
-    let mut result = SMatrix::<Real, SPATIAL_DIM, SPATIAL_DIM>::zeros();
-    result[(0, 0)] = mass.x;
-    result[(1, 1)] = mass.y;
-    result[(2, 2)] = mass.z;
-    result
-        .fixed_view_mut::<ANG_DIM, ANG_DIM>(DIM, DIM)
-        .copy_from(&inertia);
     result
 }
 
@@ -113,53 +101,6 @@ fn add_columns<const R: usize, const C: usize>(
     }
 }
 
-/// Computes `to = factor * left * right` in the columns of these ranges.
-#[inline]
-fn set_product<const R: usize, const C: usize, SR, ST>(
-    ranges: &[Range<usize>],
-    to: &mut na::Matrix<Real, na::Const<R>, Dyn, ST>,
-    factor: Real,
-    left: &SMatrix<Real, R, C>,
-    right: &na::Matrix<Real, na::Const<C>, Dyn, SR>,
-) where
-    SR: na::Storage<Real, na::Const<C>, Dyn>,
-    ST: StorageMut<Real, na::Const<R>, Dyn>,
-{
-    let left = left * factor;
-    for range in ranges {
-        for j in range.clone() {
-            let right = column_of(right, j);
-            let mut sum = left.data.0[0];
-            for value in &mut sum {
-                *value *= right[0];
-            }
-            add_columns(&mut sum, &left, &right, 1);
-            set_column(to, j, sum);
-        }
-    }
-}
-
-/// The product of a rigid body's mass matrix, made by `concat_rb_mass_matrix`, with a column, without the
-/// elements that are zero.
-#[inline(always)]
-fn mass_product(
-    mass: &SMatrix<Real, SPATIAL_DIM, SPATIAL_DIM>,
-    column: &[Real; SPATIAL_DIM],
-) -> [Real; SPATIAL_DIM] {
-    let mass = &mass.data.0;
-    let mut product = [0.0; SPATIAL_DIM];
-    for i in 0..DIM {
-        product[i] = mass[i][i] * column[i];
-    }
-    for i in DIM..SPATIAL_DIM {
-        product[i] = mass[DIM][i] * column[DIM];
-        for k in DIM + 1..SPATIAL_DIM {
-            product[i] += mass[k][i] * column[k];
-        }
-    }
-    product
-}
-
 /// Computes `to += factor * left * right` in the columns of these ranges.
 #[inline]
 fn add_product<const R: usize, const C: usize, SR, ST>(
@@ -181,78 +122,6 @@ fn add_product<const R: usize, const C: usize, SR, ST>(
             set_column(to, j, sum);
         }
     }
-}
-
-/// How many entries of a column of a mass matrix are computed side by side.
-const LANES: usize = 4;
-
-/// Adds what a link with this Jacobian contributes to the two mass matrices of its multibody, in the
-/// columns and rows of these ranges: `left^T * right[0]` to the first, `left^T * right[1]` and then
-/// `left^T * right[2]` to the second.
-fn add_to_masses(
-    ranges: &[Range<usize>],
-    masses: [&mut DMatrix<Real>; 2],
-    left: &Jacobian<Real>,
-    right: [&Jacobian<Real>; 3],
-) {
-    let nrows = left.ncols();
-    let [masses, acc_masses] = masses.map(|mass| mass.as_mut_slice());
-    for rows in ranges {
-        for first in rows.clone().step_by(LANES) {
-            let count = LANES.min(rows.end - first);
-            let mut left_tr = [[0.0; LANES]; SPATIAL_DIM];
-            for lane in 0..count {
-                let column = column_of(left, first + lane);
-                for k in 0..SPATIAL_DIM {
-                    left_tr[k][lane] = column[k];
-                }
-            }
-            for columns in ranges {
-                for j in columns.clone() {
-                    let sum = lanes(&left_tr, &column_of(right[0], j));
-                    let sum_acc = lanes(&left_tr, &column_of(right[1], j));
-                    let sum_coriolis = lanes(&left_tr, &column_of(right[2], j));
-                    let start = j * nrows + first;
-                    let mass = &mut masses[start..start + count];
-                    let acc_mass = &mut acc_masses[start..start + count];
-                    // A number of lanes that the compiler knows takes an instruction.
-                    if count == LANES {
-                        for lane in 0..LANES {
-                            mass[lane] += sum[lane];
-                            acc_mass[lane] = (acc_mass[lane] + sum_acc[lane]) + sum_coriolis[lane];
-                        }
-                    } else {
-                        for lane in 0..count {
-                            mass[lane] += sum[lane];
-                            acc_mass[lane] = (acc_mass[lane] + sum_acc[lane]) + sum_coriolis[lane];
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The products of some columns, given as rows, with another.
-#[inline(always)]
-fn lanes(left_tr: &[[Real; LANES]; SPATIAL_DIM], right: &[Real; SPATIAL_DIM]) -> [Real; LANES] {
-    // Written out, so that the compiler keeps the lanes in a register.
-    [
-        lane(left_tr, right, 0),
-        lane(left_tr, right, 1),
-        lane(left_tr, right, 2),
-        lane(left_tr, right, 3),
-    ]
-}
-
-/// One of `lanes`, summed in the order of its column.
-#[inline(always)]
-fn lane(left_tr: &[[Real; LANES]; SPATIAL_DIM], right: &[Real; SPATIAL_DIM], lane: usize) -> Real {
-    let mut sum = left_tr[0][lane] * right[0];
-    for k in 1..SPATIAL_DIM {
-        sum += left_tr[k][lane] * right[k];
-    }
-    sum
 }
 
 /// Computes `to += left^T * right` in the rows of these ranges.
@@ -320,13 +189,13 @@ pub struct Multibody {
     //       move dofs from/to a format that matches the augmented mass.
     // TODO: use sparse matrices?
     augmented_mass: DMatrix<Real>,
-    inv_augmented_mass: LU<Real, Dyn, Dyn>,
+    inv_augmented_mass: MassFactors,
     // The indexing sequence for moving all kinematics degrees of
     // freedoms to the end of the generalized coordinates vector.
     augmented_mass_indices: IndexSequence,
 
     acc_augmented_mass: DMatrix<Real>,
-    acc_inv_augmented_mass: LU<Real, Dyn, Dyn>,
+    acc_inv_augmented_mass: MassFactors,
 
     ndofs: usize,
     pub(crate) root_is_dynamic: bool,
@@ -341,11 +210,22 @@ pub struct Multibody {
      * Workspaces.
      */
     workspace: MultibodyWorkspace,
+    #[cfg(feature = "dim2")]
     coriolis_v: Vec<OMatrix<Real, Dim, Dyn>>,
+    #[cfg(feature = "dim2")]
     coriolis_w: Vec<OMatrix<Real, AngDim, Dyn>>,
+    #[cfg(feature = "dim2")]
     i_coriolis_dt: Jacobian<Real>,
-    /// A link's mass matrix times its Jacobian: without and with gyroscopic terms.
-    mass_jacobians: [Jacobian<Real>; 2],
+    #[cfg(feature = "dim3")]
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    link_motions: Vec<LinkMotion>,
+    #[cfg(feature = "dim3")]
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    subtree_masses: Vec<SubtreeMass>,
+    #[cfg(feature = "dim3")]
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    dof_motions: Vec<DofMotion>,
+    dof_ancestors: DofAncestors,
     /// For each link, the columns of its Jacobian that can differ from zero: the dofs of the link
     /// and of its ancestors, as ascending disjoint ranges.
     dof_ranges: Vec<Vec<Range<usize>>>,
@@ -372,17 +252,26 @@ impl Multibody {
             accelerations: DVector::zeros(0),
             body_jacobians: Vec::new(),
             augmented_mass: DMatrix::zeros(0, 0),
-            inv_augmented_mass: LU::new(DMatrix::zeros(0, 0)),
+            inv_augmented_mass: MassFactors::default(),
             acc_augmented_mass: DMatrix::zeros(0, 0),
-            acc_inv_augmented_mass: LU::new(DMatrix::zeros(0, 0)),
+            acc_inv_augmented_mass: MassFactors::default(),
             augmented_mass_indices: IndexSequence::new(),
             ndofs: 0,
             solver_id: 0,
             workspace: MultibodyWorkspace::new(),
+            #[cfg(feature = "dim2")]
             coriolis_v: Vec::new(),
+            #[cfg(feature = "dim2")]
             coriolis_w: Vec::new(),
+            #[cfg(feature = "dim2")]
             i_coriolis_dt: Jacobian::zeros(0),
-            mass_jacobians: [Jacobian::zeros(0), Jacobian::zeros(0)],
+            #[cfg(feature = "dim3")]
+            link_motions: Vec::new(),
+            #[cfg(feature = "dim3")]
+            subtree_masses: Vec::new(),
+            #[cfg(feature = "dim3")]
+            dof_motions: Vec::new(),
+            dof_ancestors: DofAncestors::default(),
             dof_ranges: Vec::new(),
             root_is_dynamic: false,
             self_contacts_enabled,
@@ -580,7 +469,7 @@ impl Multibody {
     }
 
     /// The inverse augmented mass matrix of this multibody.
-    pub fn inv_augmented_mass(&self) -> &LU<Real, Dyn, Dyn> {
+    pub fn inv_augmented_mass(&self) -> &MassFactors {
         &self.inv_augmented_mass
     }
 
@@ -871,7 +760,7 @@ impl Multibody {
 
         self.augmented_mass_indices
             .with_rearranged_rows_mut(&mut self.accelerations, |accs| {
-                self.acc_inv_augmented_mass.solve_mut(accs);
+                self.acc_inv_augmented_mass.solve_mut(accs.as_mut_slice());
             });
 
         if check_implicit_coriolis_divergence {
@@ -934,7 +823,7 @@ impl Multibody {
                 self.augmented_mass_indices.with_rearranged_rows_mut(
                     &mut self.accelerations,
                     |accs| {
-                        self.inv_augmented_mass.solve_mut(accs);
+                        self.inv_augmented_mass.solve_mut(accs.as_mut_slice());
                     },
                 );
 
@@ -1074,216 +963,8 @@ impl Multibody {
             self.acc_augmented_mass.fill(0.0);
         }
 
-        self.augmented_mass_indices.clear();
-
-        // Resize coriolis workspaces if the link count or number of DOFs change.
-        let coriolis_ndofs = self.coriolis_v.first().map(|m| m.ncols());
-        if self.coriolis_v.len() != self.links.len() || coriolis_ndofs != Some(self.ndofs) {
-            self.coriolis_v = vec![OMatrix::<Real, Dim, Dyn>::zeros(self.ndofs); self.links.len()];
-            self.coriolis_w =
-                vec![OMatrix::<Real, AngDim, Dyn>::zeros(self.ndofs); self.links.len()];
-            self.i_coriolis_dt = Jacobian::zeros(self.ndofs);
-            self.mass_jacobians = [(); 2].map(|()| Jacobian::zeros(self.ndofs));
-        }
-
-        let mut curr_assembly_id = 0;
-
-        for i in 0..self.links.len() {
-            let link = &self.links[i];
-            let ranges = &self.dof_ranges[i];
-            let rb = &bodies[link.rigid_body];
-            let rb_mass = rb.mprops.effective_mass();
-            let rb_inertia = rb.mprops.effective_angular_inertia().into_matrix();
-            let body_jacobian = &self.body_jacobians[i];
-
-            // NOTE: the mass matrix index reordering operates on the assumption that the assembly
-            //       ids are traversed in order. This assert is here to ensure the assumption always
-            //       hold.
-            assert_eq!(
-                curr_assembly_id, link.assembly_id,
-                "Internal error: contiguity assumption on assembly_id does not hold."
-            );
-            curr_assembly_id += link.joint.ndofs();
-
-            if link.joint.kinematic {
-                for k in link.assembly_id..link.assembly_id + link.joint.ndofs() {
-                    self.augmented_mass_indices.remove(k);
-                }
-            } else {
-                for k in link.assembly_id..link.assembly_id + link.joint.ndofs() {
-                    self.augmented_mass_indices.keep(k);
-                }
-            }
-
-            #[allow(unused_mut)] // mut is needed for 3D but not for 2D.
-            let mut augmented_inertia = rb_inertia;
-
-            #[cfg(feature = "dim3")]
-            {
-                // Derivative of gyroscopic forces.
-                let gyroscopic_matrix = rb.vels.angvel.gcross_matrix() * rb_inertia
-                    - (rb_inertia * rb.vels.angvel).gcross_matrix();
-
-                augmented_inertia += gyroscopic_matrix * dt;
-            }
-
-            // TODO: optimize that (knowing the structure of the augmented inertia matrix).
-            // TODO: this could be better optimized in 2D.
-            #[allow(clippy::useless_conversion)] // Needed in 3D, no-op in 2D
-            let rb_mass_matrix_wo_gyro = concat_rb_mass_matrix(rb_mass, rb_inertia.into());
-            #[allow(clippy::useless_conversion)] // Needed in 3D, no-op in 2D
-            let rb_mass_matrix = concat_rb_mass_matrix(rb_mass, augmented_inertia.into());
-            let [mass_jacobian, acc_mass_jacobian] = &mut self.mass_jacobians;
-            for j in ranges.iter().cloned().flatten() {
-                let column = column_of(body_jacobian, j);
-                let product = mass_product(&rb_mass_matrix_wo_gyro, &column);
-                set_column(mass_jacobian, j, product);
-                let product = mass_product(&rb_mass_matrix, &column);
-                set_column(acc_mass_jacobian, j, product);
-            }
-
-            /*
-             *
-             * Coriolis matrix.
-             *
-             */
-            let rb_j = &self.body_jacobians[i];
-            let rb_j_w = rb_j.fixed_rows::<ANG_DIM>(DIM);
-
-            let ndofs = link.joint.ndofs();
-
-            if i != 0 {
-                let parent_id = link.parent_internal_id;
-                let parent_link = &self.links[parent_id];
-                let parent_rb = &bodies[parent_link.rigid_body];
-                let parent_j = &self.body_jacobians[parent_id];
-                let parent_j_w = parent_j.fixed_rows::<ANG_DIM>(DIM);
-                let parent_w = SimdAngVector::<Real>::from(parent_rb.vels.angvel).gcross_matrix();
-
-                let (coriolis_v, parent_coriolis_v) = self.coriolis_v.index_mut2(i, parent_id);
-                let (coriolis_w, parent_coriolis_w) = self.coriolis_w.index_mut2(i, parent_id);
-
-                coriolis_v.copy_from(parent_coriolis_v);
-                coriolis_w.copy_from(parent_coriolis_w);
-
-                // [c1 - c0].gcross() * (JDot + JDot/u * qdot)"
-                let shift_cross_tr = vect_to_na(link.shift02).gcross_matrix_tr();
-
-                // JDot (but the 2.0 originates from the sum of two identical terms in JDot and JDot/u * gdot)
-                let dvel_cross = vect_to_na(
-                    rb.vels.angvel.gcross(link.shift02) + 2.0 * link.joint_velocity.linvel,
-                )
-                .gcross_matrix_tr();
-
-                // JDot/u * qdot
-                let joint_vel_cross = vect_to_na(link.joint_velocity.linvel).gcross_matrix_tr();
-                let parent_w_shift = parent_w * shift_cross_tr;
-
-                for j in ranges.iter().cloned().flatten() {
-                    let parent_j_w = column_of(&parent_j_w, j);
-                    let mut sum = column_of(coriolis_v, j);
-                    let parent_coriolis_w = column_of(parent_coriolis_w, j);
-                    add_columns(&mut sum, &shift_cross_tr, &parent_coriolis_w, 0);
-                    add_columns(&mut sum, &dvel_cross, &parent_j_w, 0);
-                    add_columns(&mut sum, &joint_vel_cross, &parent_j_w, 0);
-                    add_columns(&mut sum, &parent_w_shift, &parent_j_w, 0);
-                    set_column(coriolis_v, j, sum);
-                }
-
-                #[cfg(feature = "dim3")]
-                {
-                    let vel_wrt_joint_w = vect_to_na(link.joint_velocity.angvel).gcross_matrix();
-                    add_product(ranges, coriolis_w, -1.0, &vel_wrt_joint_w, &parent_j_w);
-                }
-
-                // JDot (but the 2.0 originates from the sum of two identical terms in JDot and JDot/u * gdot)
-                if !link.joint.kinematic {
-                    let mut coriolis_v_part = coriolis_v.columns_mut(link.assembly_id, ndofs);
-
-                    let mut tmp1 = SMatrix::<Real, SPATIAL_DIM, SPATIAL_DIM>::zeros();
-                    let mut rb_joint_j = tmp1.columns_mut(0, ndofs);
-                    link.joint.jacobian(
-                        &(parent_link.local_to_world.rotation
-                            * link.joint.data.local_frame1.rotation),
-                        &mut rb_joint_j,
-                    );
-
-                    let rb_joint_j_v = rb_joint_j.fixed_rows::<DIM>(0);
-                    coriolis_v_part.gemm(2.0, &parent_w, &rb_joint_j_v, 1.0);
-
-                    #[cfg(feature = "dim3")]
-                    {
-                        let rb_joint_j_w = rb_joint_j.fixed_rows::<ANG_DIM>(DIM);
-                        let mut coriolis_w_part = coriolis_w.columns_mut(link.assembly_id, ndofs);
-                        coriolis_w_part.gemm(1.0, &parent_w, &rb_joint_j_w, 1.0);
-                    }
-                }
-            } else {
-                self.coriolis_v[i].fill(0.0);
-                self.coriolis_w[i].fill(0.0);
-            }
-
-            let coriolis_v = &mut self.coriolis_v[i];
-            let coriolis_w = &mut self.coriolis_w[i];
-
-            {
-                // [c3 - c2].gcross() * (JDot + JDot/u * qdot)
-                let shift_cross_tr = vect_to_na(link.shift23).gcross_matrix_tr();
-
-                // JDot
-                let dvel_cross = vect_to_na(rb.vels.angvel.gcross(link.shift23)).gcross_matrix_tr();
-
-                // JDot/u * qdot
-                let w_shift =
-                    SimdAngVector::<Real>::from(rb.vels.angvel).gcross_matrix() * shift_cross_tr;
-
-                for j in ranges.iter().cloned().flatten() {
-                    let rb_j_w = column_of(&rb_j_w, j);
-                    let mut sum = column_of(coriolis_v, j);
-                    add_columns(&mut sum, &shift_cross_tr, &column_of(coriolis_w, j), 0);
-                    add_columns(&mut sum, &dvel_cross, &rb_j_w, 0);
-                    add_columns(&mut sum, &w_shift, &rb_j_w, 0);
-                    set_column(coriolis_v, j, sum);
-                }
-            }
-
-            let coriolis_v = &mut self.coriolis_v[i];
-            let coriolis_w = &mut self.coriolis_w[i];
-
-            /*
-             * Meld with the mass matrix.
-             */
-            {
-                let mut i_coriolis_dt_v = self.i_coriolis_dt.fixed_rows_mut::<DIM>(0);
-                let rb_mass_dt = vect_to_na(rb_mass * dt);
-                for j in ranges.iter().cloned().flatten() {
-                    let mut column = i_coriolis_dt_v.column_mut(j);
-                    column.copy_from(&coriolis_v.column(j));
-                    column.component_mul_assign(&rb_mass_dt);
-                }
-            }
-
-            #[cfg(feature = "dim2")]
-            {
-                let mut i_coriolis_dt_w = self.i_coriolis_dt.fixed_rows_mut::<ANG_DIM>(DIM);
-                // NOTE: this is just an axpy, but on row columns.
-                i_coriolis_dt_w.zip_apply(coriolis_w, |o, x| *o = x * dt * rb_inertia);
-            }
-            #[cfg(feature = "dim3")]
-            {
-                let mut i_coriolis_dt_w = self.i_coriolis_dt.fixed_rows_mut::<ANG_DIM>(DIM);
-                let inertia = mat_to_na(rb_inertia);
-                set_product(ranges, &mut i_coriolis_dt_w, dt, &inertia, coriolis_w);
-            }
-
-            let [mass_jacobian, acc_mass_jacobian] = &self.mass_jacobians;
-            add_to_masses(
-                ranges,
-                [&mut self.augmented_mass, &mut self.acc_augmented_mass],
-                rb_j,
-                [mass_jacobian, acc_mass_jacobian, &self.i_coriolis_dt],
-            );
-        }
+        self.update_augmented_mass_indices();
+        self.add_link_masses(dt, bodies);
 
         /*
          * Damping and armature.
@@ -1319,12 +1000,6 @@ impl Multibody {
             }
         }
 
-        let effective_dim = self
-            .augmented_mass_indices
-            .dim_after_removal(self.acc_augmented_mass.nrows());
-
-        // PERF: since we clone the matrix anyway for LU, should be directly output
-        //       a new matrix instead of applying permutations?
         self.augmented_mass_indices
             .rearrange_columns(&mut self.acc_augmented_mass, true);
         self.augmented_mass_indices
@@ -1335,17 +1010,228 @@ impl Multibody {
         self.augmented_mass_indices
             .rearrange_rows(&mut self.augmented_mass, true);
 
-        // TODO: avoid allocation inside LU at each timestep.
-        let leading = |mass: &DMatrix<Real>| {
-            if effective_dim == mass.nrows() {
-                mass.clone()
-            } else {
-                let size = (effective_dim, effective_dim);
-                mass.view((0, 0), size).into_owned()
+        self.acc_inv_augmented_mass
+            .factorize(&self.acc_augmented_mass, &self.dof_ancestors);
+        self.inv_augmented_mass
+            .factorize(&self.augmented_mass, &self.dof_ancestors);
+    }
+
+    /// Finds which dofs are in the mass matrices, and which of these each one hangs on.
+    fn update_augmented_mass_indices(&mut self) {
+        self.augmented_mass_indices.clear();
+        self.dof_ancestors.clear();
+        let mut curr_assembly_id = 0;
+
+        for (i, link) in self.links.iter().enumerate() {
+            // NOTE: the mass matrix index reordering operates on the assumption that the assembly
+            //       ids are traversed in order. This assert is here to ensure the assumption always
+            //       hold.
+            assert_eq!(
+                curr_assembly_id, link.assembly_id,
+                "Internal error: contiguity assumption on assembly_id does not hold."
+            );
+            curr_assembly_id += link.joint.ndofs();
+
+            for k in link.assembly_id..curr_assembly_id {
+                if link.joint.kinematic {
+                    self.augmented_mass_indices.remove(k);
+                } else {
+                    let indices = &self.augmented_mass_indices;
+                    let before = self.dof_ranges[i].iter().cloned().flatten();
+                    let before = before.take_while(|&ancestor| ancestor < k);
+                    let ancestors =
+                        before.filter_map(|ancestor| indices.index_after_removal(ancestor));
+                    self.dof_ancestors.push(ancestors);
+                    self.augmented_mass_indices.keep(k);
+                }
             }
-        };
-        self.acc_inv_augmented_mass = LU::new(leading(&self.acc_augmented_mass));
-        self.inv_augmented_mass = LU::new(leading(&self.augmented_mass));
+        }
+    }
+
+    /// Adds the links' masses to the two mass matrices, the second with gyroscopic and Coriolis terms, by the
+    /// composite-rigid-body algorithm (Featherstone 2008, Rigid body dynamics algorithms, chapter 6).
+    ///
+    /// An element is what the velocity of one dof makes of the momentum, or of the velocity-dependent force, of
+    /// the subtree that hangs on both, seen by the other dof. Seen from one point, a dof moves all
+    /// links of its subtree alike. So an element takes a few products, however large the subtree.
+    #[cfg(feature = "dim3")]
+    fn add_link_masses(&mut self, dt: Real, bodies: &RigidBodySet) {
+        self.link_motions.clear();
+        self.subtree_masses.clear();
+        for (i, link) in self.links.iter().enumerate() {
+            let rb = &bodies[link.rigid_body];
+            let parent = (i != 0).then(|| &self.link_motions[link.parent_internal_id]);
+            let shifts = [link.shift02, link.shift23];
+            let linvel = link.joint_velocity.linvel;
+            let motion = LinkMotion::new(parent, shifts, linvel, rb.vels.angvel);
+            self.subtree_masses.push(SubtreeMass::of_link(rb, &motion));
+            self.link_motions.push(motion);
+        }
+        for (i, link) in self.links.iter().enumerate().skip(1).rev() {
+            let subtree = self.subtree_masses[i];
+            self.subtree_masses[link.parent_internal_id] += subtree;
+        }
+
+        self.dof_motions.resize(self.ndofs, DofMotion::default());
+        for (i, link) in self.links.iter().enumerate() {
+            let subtree = &self.subtree_masses[i];
+            for j in link.assembly_id..link.assembly_id + link.joint.ndofs() {
+                let [vx, vy, vz, wx, wy, wz] = column_of(&self.body_jacobians[i], j);
+                let [linear, angular] = [Vector::new(vx, vy, vz), Vector::new(wx, wy, wz)];
+                let own = DofMotion::new(linear, angular, &self.link_motions[i]);
+                self.dof_motions[j] = own;
+
+                let momentum = subtree.momentum(&own.axis);
+                let coriolis = subtree.coriolis(&own);
+                let tr_coriolis = subtree.tr_coriolis(&own.axis);
+                let ancestors = self.dof_ranges[i].iter().cloned().flatten();
+                for k in ancestors.take_while(|&k| k <= j) {
+                    let DofMotion { axis, rate } = &self.dof_motions[k];
+                    let mass = axis.dot(&momentum);
+                    self.augmented_mass[(j, k)] = mass;
+                    self.augmented_mass[(k, j)] = mass;
+                    let tr_coriolis = rate.dot(&momentum) + axis.angular.dot(tr_coriolis);
+                    self.acc_augmented_mass[(j, k)] = mass + dt * tr_coriolis;
+                    self.acc_augmented_mass[(k, j)] = mass + dt * axis.dot(&coriolis);
+                }
+            }
+        }
+    }
+
+    /// Adds the links' masses to the two mass matrices, the second with Coriolis terms.
+    #[cfg(feature = "dim2")]
+    fn add_link_masses(&mut self, dt: Real, bodies: &RigidBodySet) {
+        // Resize coriolis workspaces if the link count or number of DOFs change.
+        let coriolis_ndofs = self.coriolis_v.first().map(|m| m.ncols());
+        if self.coriolis_v.len() != self.links.len() || coriolis_ndofs != Some(self.ndofs) {
+            self.coriolis_v = vec![OMatrix::<Real, Dim, Dyn>::zeros(self.ndofs); self.links.len()];
+            self.coriolis_w =
+                vec![OMatrix::<Real, AngDim, Dyn>::zeros(self.ndofs); self.links.len()];
+            self.i_coriolis_dt = Jacobian::zeros(self.ndofs);
+        }
+
+        for i in 0..self.links.len() {
+            let link = &self.links[i];
+            let rb = &bodies[link.rigid_body];
+            let rb_mass = rb.mprops.effective_mass();
+            let rb_inertia = rb.mprops.effective_angular_inertia().into_matrix();
+            let body_jacobian = &self.body_jacobians[i];
+
+            let rb_mass_matrix = concat_rb_mass_matrix(rb_mass, rb_inertia);
+            self.augmented_mass
+                .quadform(1.0, &rb_mass_matrix, body_jacobian, 1.0);
+            self.acc_augmented_mass
+                .quadform(1.0, &rb_mass_matrix, body_jacobian, 1.0);
+
+            /*
+             *
+             * Coriolis matrix.
+             *
+             */
+            let rb_j = &self.body_jacobians[i];
+            let rb_j_w = rb_j.fixed_rows::<ANG_DIM>(DIM);
+
+            let ndofs = link.joint.ndofs();
+
+            if i != 0 {
+                let parent_id = link.parent_internal_id;
+                let parent_link = &self.links[parent_id];
+                let parent_rb = &bodies[parent_link.rigid_body];
+                let parent_j = &self.body_jacobians[parent_id];
+                let parent_j_w = parent_j.fixed_rows::<ANG_DIM>(DIM);
+                let parent_w = SimdAngVector::<Real>::from(parent_rb.vels.angvel).gcross_matrix();
+
+                let (coriolis_v, parent_coriolis_v) = self.coriolis_v.index_mut2(i, parent_id);
+                let (coriolis_w, parent_coriolis_w) = self.coriolis_w.index_mut2(i, parent_id);
+
+                coriolis_v.copy_from(parent_coriolis_v);
+                coriolis_w.copy_from(parent_coriolis_w);
+
+                // [c1 - c0].gcross() * (JDot + JDot/u * qdot)"
+                let shift_cross_tr = vect_to_na(link.shift02).gcross_matrix_tr();
+                coriolis_v.gemm(1.0, &shift_cross_tr, parent_coriolis_w, 1.0);
+
+                // JDot (but the 2.0 originates from the sum of two identical terms in JDot and JDot/u * gdot)
+                let dvel_cross = vect_to_na(
+                    rb.vels.angvel.gcross(link.shift02) + 2.0 * link.joint_velocity.linvel,
+                )
+                .gcross_matrix_tr();
+                coriolis_v.gemm(1.0, &dvel_cross, &parent_j_w, 1.0);
+
+                // JDot/u * qdot
+                coriolis_v.gemm(
+                    1.0,
+                    &vect_to_na(link.joint_velocity.linvel).gcross_matrix_tr(),
+                    &parent_j_w,
+                    1.0,
+                );
+                coriolis_v.gemm(1.0, &(parent_w * shift_cross_tr), &parent_j_w, 1.0);
+
+                // JDot (but the 2.0 originates from the sum of two identical terms in JDot and JDot/u * gdot)
+                if !link.joint.kinematic {
+                    let mut coriolis_v_part = coriolis_v.columns_mut(link.assembly_id, ndofs);
+
+                    let mut tmp1 = SMatrix::<Real, SPATIAL_DIM, SPATIAL_DIM>::zeros();
+                    let mut rb_joint_j = tmp1.columns_mut(0, ndofs);
+                    link.joint.jacobian(
+                        &(parent_link.local_to_world.rotation
+                            * link.joint.data.local_frame1.rotation),
+                        &mut rb_joint_j,
+                    );
+
+                    let rb_joint_j_v = rb_joint_j.fixed_rows::<DIM>(0);
+                    coriolis_v_part.gemm(2.0, &parent_w, &rb_joint_j_v, 1.0);
+                }
+            } else {
+                self.coriolis_v[i].fill(0.0);
+                self.coriolis_w[i].fill(0.0);
+            }
+
+            let coriolis_v = &mut self.coriolis_v[i];
+            let coriolis_w = &mut self.coriolis_w[i];
+
+            {
+                // [c3 - c2].gcross() * (JDot + JDot/u * qdot)
+                let shift_cross_tr = vect_to_na(link.shift23).gcross_matrix_tr();
+                coriolis_v.gemm(1.0, &shift_cross_tr, coriolis_w, 1.0);
+
+                // JDot
+                let dvel_cross = vect_to_na(rb.vels.angvel.gcross(link.shift23)).gcross_matrix_tr();
+                coriolis_v.gemm(1.0, &dvel_cross, &rb_j_w, 1.0);
+
+                // JDot/u * qdot
+                coriolis_v.gemm(
+                    1.0,
+                    &(SimdAngVector::<Real>::from(rb.vels.angvel).gcross_matrix() * shift_cross_tr),
+                    &rb_j_w,
+                    1.0,
+                );
+            }
+
+            let coriolis_v = &mut self.coriolis_v[i];
+            let coriolis_w = &mut self.coriolis_w[i];
+
+            /*
+             * Meld with the mass matrix.
+             */
+            {
+                let mut i_coriolis_dt_v = self.i_coriolis_dt.fixed_rows_mut::<DIM>(0);
+                i_coriolis_dt_v.copy_from(coriolis_v);
+                let rb_mass_dt = vect_to_na(rb_mass * dt);
+                i_coriolis_dt_v
+                    .column_iter_mut()
+                    .for_each(|mut c| c.component_mul_assign(&rb_mass_dt));
+            }
+
+            {
+                let mut i_coriolis_dt_w = self.i_coriolis_dt.fixed_rows_mut::<ANG_DIM>(DIM);
+                // NOTE: this is just an axpy, but on row columns.
+                i_coriolis_dt_w.zip_apply(coriolis_w, |o, x| *o = x * dt * rb_inertia);
+            }
+
+            self.acc_augmented_mass
+                .gemm_tr(1.0, rb_j, &self.i_coriolis_dt, 1.0);
+        }
     }
 
     /// Per-DoF inverse joint-space inertia `diag(M⁻¹)` at the current configuration, where `M`
@@ -1374,7 +1260,7 @@ impl Multibody {
             e[i] = 1.0;
             self.augmented_mass_indices
                 .with_rearranged_rows_mut(&mut e, |b| {
-                    self.inv_augmented_mass.solve_mut(b);
+                    self.inv_augmented_mass.solve_mut(b.as_mut_slice());
                 });
             out[i] = e[i];
         }
@@ -1465,7 +1351,7 @@ impl Multibody {
                 jacobians[j_id + ndofs + k] = jacobians[j_id + k];
             }
             self.inv_augmented_mass
-                .solve_mut(&mut jacobians.rows_mut(j_id + ndofs, ndofs));
+                .solve_mut(jacobians.rows_mut(j_id + ndofs, ndofs).as_mut_slice());
 
             // lhs = Jᵀ M⁻¹ J = Σ J[k]·WJ[k]; only g1/g2 entries of J are nonzero.
             let lhs = jacobians[j_id + ndofs + g2] - c.coeff * jacobians[j_id + ndofs + g1];
@@ -1914,7 +1800,7 @@ impl Multibody {
             let mut out_invm_j = jacobians.rows_mut(wj_id, self.ndofs);
             self.augmented_mass_indices
                 .with_rearranged_rows_mut(&mut out_invm_j, |out_invm_j| {
-                    self.inv_augmented_mass.solve_mut(out_invm_j);
+                    self.inv_augmented_mass.solve_mut(out_invm_j.as_mut_slice());
                 });
         }
 
@@ -1987,7 +1873,7 @@ impl Multibody {
             let mut out_invm_j = jacobians.rows_mut(wj_id, self.ndofs);
             self.augmented_mass_indices
                 .with_rearranged_rows_mut(&mut out_invm_j, |out_invm_j| {
-                    self.inv_augmented_mass.solve_mut(out_invm_j);
+                    self.inv_augmented_mass.solve_mut(out_invm_j.as_mut_slice());
                 });
         }
 
@@ -2044,6 +1930,15 @@ impl IndexSequence {
         } else {
             self.start() + self.index_map.len()
         }
+    }
+
+    /// Where a dof that was kept is after the removal.
+    fn index_after_removal(&self, i: usize) -> Option<usize> {
+        if self.first_to_remove == Self::NONE || i < self.start() {
+            return Some(i);
+        }
+        let place = self.index_map.binary_search(&i).ok()?;
+        Some(self.start() + place)
     }
 
     fn rearrange_columns<R: na::Dim, C: na::Dim, S: StorageMut<Real, R, C>>(

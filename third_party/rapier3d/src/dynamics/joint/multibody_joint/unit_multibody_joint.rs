@@ -38,7 +38,7 @@ pub fn unit_joint_limit_constraint(
     jacobians[dof_j_id + ndofs] = 1.0;
     multibody
         .inv_augmented_mass()
-        .solve_mut(&mut jacobians.rows_mut(*j_id + ndofs, ndofs));
+        .solve_mut(jacobians.rows_mut(*j_id + ndofs, ndofs).as_mut_slice());
 
     let lhs = jacobians[dof_j_id + ndofs]; // = J^t * M^-1 J
     let impulse_bounds = [
@@ -101,7 +101,7 @@ pub fn unit_joint_friction_constraint(
     jacobians[dof_j_id + ndofs] = 1.0;
     multibody
         .inv_augmented_mass()
-        .solve_mut(&mut jacobians.rows_mut(*j_id + ndofs, ndofs));
+        .solve_mut(jacobians.rows_mut(*j_id + ndofs, ndofs).as_mut_slice());
 
     let lhs = jacobians[dof_j_id + ndofs]; // = J^t * M^-1 J
     let max_impulse = friction * params.dt;
@@ -158,7 +158,7 @@ pub fn unit_joint_motor_constraint(
     jacobians[dof_j_id + ndofs] = 1.0;
     multibody
         .inv_augmented_mass()
-        .solve_mut(&mut jacobians.rows_mut(*j_id + ndofs, ndofs));
+        .solve_mut(jacobians.rows_mut(*j_id + ndofs, ndofs).as_mut_slice());
 
     let lhs = jacobians[dof_j_id + ndofs]; // = J^t * M^-1 J
     let impulse_bounds = [-motor_params.max_impulse, motor_params.max_impulse];
