@@ -85,40 +85,36 @@ fn set_column<const R: usize, S>(
     }
 }
 
-/// Adds `left * right` to `sum`, from column `first` of `left` on: the same products, in the same order, as
-/// those of `gemv`.
+/// Adds `left * right` to `sum`: the same products, in the same order, as those of `gemv`.
 #[inline(always)]
 fn add_columns<const R: usize, const C: usize>(
     sum: &mut [Real; R],
     left: &SMatrix<Real, R, C>,
     right: &[Real; C],
-    first: usize,
 ) {
-    for k in first..C {
+    for k in 0..C {
         for i in 0..R {
             sum[i] += left.data.0[k][i] * right[k];
         }
     }
 }
 
-/// Computes `to += factor * left * right` in the columns of these ranges.
+/// Computes `to += left * right` in the columns of these ranges.
 #[inline]
 fn add_product<const R: usize, const C: usize, SR, ST>(
     ranges: &[Range<usize>],
     to: &mut na::Matrix<Real, na::Const<R>, Dyn, ST>,
-    factor: Real,
     left: &SMatrix<Real, R, C>,
     right: &na::Matrix<Real, na::Const<C>, Dyn, SR>,
 ) where
     SR: na::Storage<Real, na::Const<C>, Dyn>,
     ST: StorageMut<Real, na::Const<R>, Dyn>,
 {
-    let left = left * factor;
     for range in ranges {
         for j in range.clone() {
             let right = column_of(right, j);
             let mut sum = column_of(to, j);
-            add_columns(&mut sum, &left, &right, 0);
+            add_columns(&mut sum, left, &right);
             set_column(to, j, sum);
         }
     }
@@ -918,7 +914,7 @@ impl Multibody {
 
                     let shift_tr = vect_to_na(link.shift02).gcross_matrix_tr();
                     let ranges = &self.dof_ranges[parent_id];
-                    add_product(ranges, &mut link_j_v, 1.0, &shift_tr, &parent_j_w);
+                    add_product(ranges, &mut link_j_v, &shift_tr, &parent_j_w);
                 }
             } else {
                 self.body_jacobians[i].fill(0.0);
@@ -942,7 +938,7 @@ impl Multibody {
                     let link_j_w = column_of(&link_j.fixed_rows::<ANG_DIM>(DIM), j);
                     let mut link_j_v = link_j.fixed_rows_mut::<DIM>(0);
                     let mut sum = column_of(&link_j_v, j);
-                    add_columns(&mut sum, &shift_tr, &link_j_w, 0);
+                    add_columns(&mut sum, &shift_tr, &link_j_w);
                     set_column(&mut link_j_v, j, sum);
                 }
             }
