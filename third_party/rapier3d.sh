@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes third_party/rapier3d of the released crate and the patch beside this script; with --check, compares only.
+# Makes third_party/rapier3d of the released crate and the patches beside this script; with --check, compares only.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -17,12 +17,14 @@ crate=$made/rapier3d-$version
 rm -r "$crate"/{tests,examples,Cargo.lock,Cargo.toml.orig,.cargo_vcs_info.json}
 awk '/^\[/ { kept = !/^\[\[|^\[dev-dependencies/ } kept' "$made/rapier3d-$version/Cargo.toml" > "$made/manifest"
 mv "$made/manifest" "$crate/Cargo.toml"
-patch --quiet --directory "$crate" --strip 1 < rapier3d-sparse-mass-matrix.patch
+for change in sparse-mass-matrix isotropic-friction; do
+    patch --quiet --directory "$crate" --strip 1 < "rapier3d-$change.patch"
+done
 cp ../LICENSE-APACHE "$crate/LICENSE"
 
 if [ "${1:-}" = --check ]; then
     diff --recursive "$crate" rapier3d
-    echo "third_party/rapier3d is rapier3d $version with the patch"
+    echo "third_party/rapier3d is rapier3d $version with the patches"
 else
     rm -rf rapier3d
     mv "$crate" rapier3d

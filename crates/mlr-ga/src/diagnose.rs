@@ -202,7 +202,7 @@ impl<'s> Search<'s> {
                     ..simulation.clone()
                 };
                 let simulator = Simulator::new(robot.clone(), gait, simulation)?;
-                Ok((&one.robot.morphology, simulator.following_heading()))
+                Ok((&one.robot.morphology, simulator))
             })
         });
         let cases = each.collect::<Result<Vec<_>, ModelError>>()?;

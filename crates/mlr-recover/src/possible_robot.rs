@@ -33,7 +33,7 @@ impl PossibleRobot {
             },
             ..self.simulation.clone()
         };
-        let simulator = Simulator::new(self.robot.clone(), gait, settings)?.following_heading();
+        let simulator = Simulator::new(self.robot.clone(), gait, settings)?;
         Ok(match simulator.simulate(&self.morphology) {
             Outcome::Walked(trajectory) => Some(trajectory),
             Outcome::Diverged { .. } => None,

@@ -25,7 +25,7 @@ fn recorded(robot: &Robot, friction: f64) -> WalkRecord {
     };
     let healthy = Morphology::healthy(&robot.layout());
     let simulator = Simulator::new(robot.clone(), &Gait::tripod(), settings).unwrap();
-    let Outcome::Walked(walk) = simulator.following_heading().simulate(&healthy) else {
+    let Outcome::Walked(walk) = simulator.simulate(&healthy) else {
         panic!("diverged");
     };
     let seen = robot.imu().on(&walk.orientation);

@@ -113,7 +113,7 @@ fn walked(
         stand_s: super::STAND_S,
         ..simulation.clone()
     };
-    let simulator = Simulator::new(robot.clone(), gait, simulation)?.following_heading();
+    let simulator = Simulator::new(robot.clone(), gait, simulation)?;
     Ok(match simulator.simulate(morphology) {
         Outcome::Walked(walk) => Some(walk.orientation),
         Outcome::Diverged { .. } => None,

@@ -52,7 +52,11 @@ fn a_robot_is_calibrated_by_its_walk_and_known_from_then_on() {
     assert_eq!(walk["log"], Value::from(log.clone()));
     assert_eq!(walk["sha256"].as_str().unwrap().len(), 64);
     let error = |when: &str| walk[when]["validation_deg"].as_f64().unwrap();
-    assert!(error("error_after") < 0.3 * error("error_before"));
+    assert!(error("error_after") < 0.5 * error("error_before"));
+    // The sensor is tilted about the roll axis. That a whole robot turns by a fraction of a degree is its zeros' doing,
+    // and a walk does not tell those.
+    let roll = |when: &str| walk[when]["validation_axes_deg"][0].as_f64().unwrap();
+    assert!(roll("error_after") < 0.1 * roll("error_before"));
     let known = Robot::from_toml(&fs::read_to_string(&calibrated).unwrap()).unwrap();
     let off = |parameter: RobotParameter| parameter.coordinate(&known) - parameter.coordinate(&own);
     assert!(off(RobotParameter::ImuMounting(0)).abs() < 0.4);

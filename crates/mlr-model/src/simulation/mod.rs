@@ -1,7 +1,6 @@
 //! Walking the damaged robot.
 
 mod contacts;
-mod heading_frame;
 pub(crate) mod leg_state;
 pub(crate) mod physics;
 pub(crate) mod servo_state;
@@ -34,7 +33,6 @@ pub struct Simulator {
     settings: SimulationSettings,
     ground: SharedShape,
     ground_rotation: UnitQuaternion<f64>,
-    follows_heading: bool,
 }
 
 impl Simulator {
@@ -71,19 +69,7 @@ impl Simulator {
             settings,
             ground,
             ground_rotation,
-            follows_heading: false,
         })
-    }
-
-    /// The same, where friction does not depend on the robot's heading: the frame of the physics
-    /// turns with it. What walks for longer than an identification's few seconds needs it.
-    /// Not on rubble, whose bumps stay where they are.
-    #[must_use]
-    pub fn following_heading(self) -> Self {
-        Self {
-            follows_heading: true,
-            ..self
-        }
     }
 
     /// The robot in full health.

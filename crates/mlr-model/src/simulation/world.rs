@@ -6,9 +6,8 @@ use rapier3d::prelude::*;
 
 use super::{
     Simulator, contacts,
-    heading_frame::HeadingFrame,
     leg_state::LegState,
-    physics::{GRAVITY_MPS2, Physics, mass_properties, to_pose, to_rotation, to_vector},
+    physics::{GRAVITY_MPS2, Physics, mass_properties, to_pose, to_vector},
     servo_state::ServoState,
 };
 use crate::{
@@ -23,9 +22,6 @@ pub(super) struct World<'a> {
     /// Time from a command to its effect.
     latency_s: f64,
     legs: Vec<LegState<'a>>,
-    frame: HeadingFrame,
-    /// What pulls at the body, in the world.
-    pull_n: Vector3<f64>,
     time_step_s: f64,
     physics: Physics,
     body: RigidBodyHandle,
@@ -74,7 +70,8 @@ impl<'a> World<'a> {
         world.physics.recompute_masses();
         world.legs = legs;
         world.set_stance(&simulator.commands);
-        world.pull();
+        let pull_n = to_vector(&pull_n(faults));
+        world.physics.bodies[world.body].add_force(pull_n, true);
         world
     }
 
@@ -83,8 +80,6 @@ impl<'a> World<'a> {
         let mut world = Self {
             latency_s: simulator.robot.servo().latency_s,
             legs: Vec::new(),
-            frame: HeadingFrame::new(&settings.terrain, simulator.follows_heading),
-            pull_n: pull_n(&settings.faults),
             time_step_s: settings.time_step_s,
             physics: Physics::new(contacts::solved(
                 &settings.contact,
@@ -167,53 +162,11 @@ impl<'a> World<'a> {
         self.physics.move_parts();
     }
 
-    /// Lets external forces pull at the body until they are set again.
-    fn pull(&mut self) {
-        let pull_n = to_vector(&self.frame.in_frame(&self.pull_n));
-        let body = &mut self.physics.bodies[self.body];
-        body.reset_forces(true);
-        body.add_force(pull_n, true);
-    }
-
-    /// Turns the frame of the physics after the robot.
-    fn follow_heading(&mut self) {
-        let Some(turned) = self.frame.follow(&self.pose()) else {
-            return;
-        };
-        let turned = to_rotation(&turned);
-        let body = &mut self.physics.bodies[self.body];
-        let old = *body.position();
-        body.set_position(
-            Pose::from_parts(old.translation, turned * old.rotation),
-            true,
-        );
-        self.pull();
-        let Some(multibody) = self.physics.multibody_mut() else {
-            let body = &mut self.physics.bodies[self.body];
-            let (linear, angular) = (body.linvel(), body.angvel());
-            body.set_linvel(turned * linear, true);
-            body.set_angvel(turned * angular, true);
-            return;
-        };
-        // The free body's velocity comes first: linear, then angular.
-        let mut velocity = multibody.generalized_velocity_mut();
-        for first in [0, 3] {
-            let old = Vector::new(velocity[first], velocity[first + 1], velocity[first + 2]);
-            let new = turned * old;
-            for (index, value) in [new.x, new.y, new.z].into_iter().enumerate() {
-                velocity[first + index] = value;
-            }
-        }
-        self.physics.move_parts();
-    }
-
     /// Drives the servos with the commands of gait time `time_s` and advances by
     /// one time step. Returns whether the state is still finite.
     pub(super) fn step(&mut self, commands: &JointCommands, time_s: f64) -> bool {
-        self.follow_heading();
         self.drive_servos(commands, time_s - self.latency_s);
-        let gravity_mps2 = self.frame.in_frame(&(GRAVITY_MPS2 * Vector3::z()));
-        let is_whole = self.physics.step(&gravity_mps2);
+        let is_whole = self.physics.step(&(GRAVITY_MPS2 * Vector3::z()));
         let pose = self.physics.bodies[self.body].position();
         is_whole && pose.translation.is_finite() && pose.rotation.is_finite()
     }
@@ -244,7 +197,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// The body's in the frame of the physics.
+    /// The body's in the world.
     fn pose(&self) -> Isometry3<f64> {
         let pose = self.physics.bodies[self.body].position();
         let (p, q) = (pose.translation, pose.rotation);
@@ -257,8 +210,7 @@ impl<'a> World<'a> {
 
     /// Roll, pitch and yaw of the body, yaw within ±π.
     pub(super) fn roll_pitch_yaw_rad(&self) -> Axes<f64> {
-        let attitude = self.frame.to_world().rotation * self.pose().rotation;
-        let [x, y, z, w] = attitude.coords.into();
+        let [x, y, z, w] = self.pose().rotation.coords.into();
         let sin_pitch = 2.0 * (w * y - z * x);
         Axes {
             roll: libm::atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
@@ -268,10 +220,7 @@ impl<'a> World<'a> {
     }
 
     pub(super) fn position_m(&self) -> [f64; 3] {
-        (self.frame.to_world() * self.pose())
-            .translation
-            .vector
-            .into()
+        self.pose().translation.vector.into()
     }
 
     /// Normal force of the ground on the body (first) and on each leg.
@@ -290,14 +239,11 @@ impl<'a> World<'a> {
     }
 
     pub(super) fn energy_j(&self) -> f64 {
-        let up = self.frame.in_frame(&Vector3::z());
         self.physics
             .bodies
             .iter()
             .map(|(_, part)| {
-                let center = part.center_of_mass();
-                let center_m = Vector3::from([center.x, center.y, center.z].map(f64::from));
-                let height_m = up.dot(&center_m);
+                let height_m = f64::from(part.center_of_mass().z);
                 let weight_n = f64::from(part.mass()) * -GRAVITY_MPS2;
                 f64::from(part.kinetic_energy()) + weight_n * height_m
             })

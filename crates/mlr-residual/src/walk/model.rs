@@ -95,7 +95,7 @@ impl WalkModel {
         };
         let robot = self.robot.clone().with_servo(self.servo)?;
         let simulator = Simulator::sharing(&self.commands, robot, &self.gait, settings)?;
-        Ok(match simulator.following_heading().simulate(morphology) {
+        Ok(match simulator.simulate(morphology) {
             Outcome::Walked(trajectory) => Some(trajectory),
             Outcome::Diverged { .. } => None,
         })

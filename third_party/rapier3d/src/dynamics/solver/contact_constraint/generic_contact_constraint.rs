@@ -1,3 +1,5 @@
+// Changed from rapier3d 0.36.1: the effective mass of both tangents together.
+
 use crate::dynamics::solver::GenericRhs;
 use crate::dynamics::{IntegrationParameters, MultibodyJointSet, RigidBodySet};
 use crate::geometry::ContactManifold;
@@ -322,16 +324,47 @@ impl GenericContactConstraintBuilder {
                         0.0
                     };
 
+                    // In 3D both tangents are solved at once, with the inverse effective mass.
+                    #[cfg(feature = "dim2")]
                     let r = crate::utils::inv(inv_r1 + inv_r2);
+                    #[cfg(feature = "dim3")]
+                    let r = inv_r1 + inv_r2;
                     let rhs_wo_bias = manifold_point.tangent_velocity.gdot(tangents1[j]);
 
                     out_constraint.tangent_part[k].rhs_wo_bias[j] = rhs_wo_bias;
                     out_constraint.tangent_part[k].rhs[j] = rhs_wo_bias;
-
-                    // TODO: in 3D, we should take into account gcross[0].dot(gcross[1])
-                    // in lhs. See the corresponding code on the `velocity_constraint.rs`
-                    // file.
                     out_constraint.tangent_part[k].r[j] = r;
+                }
+
+                #[cfg(feature = "dim3")]
+                {
+                    let ndofs = [&multibody1, &multibody2]
+                        .map(|mb| mb.as_ref().map_or(0, |(mb, _)| mb.ndofs()));
+                    let part = &out_constraint.tangent_part[k];
+                    // The jacobians of both tangents end here: of each body in turn, then weighted.
+                    let stride = 2 * (ndofs[0] + ndofs[1]);
+                    let first = *jacobian_id - 2 * stride;
+                    let of_multibody = |offset: usize, ndofs: usize| {
+                        let second = jacobians.rows(first + stride + offset, ndofs);
+                        second.dot(&jacobians.rows(first + offset + ndofs, ndofs))
+                    };
+                    let k12_1 = if multibody1.is_some() {
+                        of_multibody(0, ndofs[0])
+                    } else if type1.is_dynamic_or_kinematic() {
+                        tangents1[1].dot(mprops1.effective_inv_mass * tangents1[0])
+                            + part.ii_torque_dir1[0].gdot(part.torque_dir1[1])
+                    } else {
+                        0.0
+                    };
+                    let k12_2 = if multibody2.is_some() {
+                        of_multibody(2 * ndofs[0], ndofs[1])
+                    } else if type2.is_dynamic_or_kinematic() {
+                        tangents1[1].dot(mprops2.effective_inv_mass * tangents1[0])
+                            + part.ii_torque_dir2[0].gdot(part.torque_dir2[1])
+                    } else {
+                        0.0
+                    };
+                    out_constraint.tangent_part[k].r[2] = 2.0 * (k12_1 + k12_2);
                 }
             }
 

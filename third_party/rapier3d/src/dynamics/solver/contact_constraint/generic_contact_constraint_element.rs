@@ -1,3 +1,5 @@
+// Changed from rapier3d 0.36.1: friction along both tangents at once.
+
 use crate::dynamics::solver::SolverVel;
 use crate::dynamics::solver::contact_constraint::GenericContactConstraint;
 use crate::dynamics::solver::{ContactConstraintNormalPart, ContactConstraintTangentPart};
@@ -283,11 +285,7 @@ impl ContactConstraintTangentPart<Real> {
                 solver_vels,
             ) + self.rhs[1];
 
-            let new_impulse = na::Vector2::new(
-                self.impulse[0] - self.r[0] * dvel_0,
-                self.impulse[1] - self.r[1] * dvel_1,
-            );
-            let new_impulse = new_impulse.cap_magnitude(limit);
+            let new_impulse = self.friction_within(limit, na::Vector2::new(dvel_0, dvel_1));
 
             let dlambda = new_impulse - self.impulse;
             self.impulse = new_impulse;
@@ -334,6 +332,47 @@ impl ContactConstraintTangentPart<Real> {
                 im2,
             );
         }
+    }
+}
+
+#[cfg(feature = "dim3")]
+impl ContactConstraintTangentPart<Real> {
+    /// The friction impulse after which this contact, which slides by `dvel` with the present one,
+    /// sticks, or if that takes more than `limit`, slides against its friction.
+    ///
+    /// With the inverse effective mass `K` of both tangents it is where `½ λᵀKλ + bᵀλ` is least on
+    /// the disc `|λ| ≤ limit`, `b` being the velocity without friction: `(K + s) λ = -b`, with
+    /// `s = 0` if that is inside. Else the velocity `Kλ + b = -sλ` is opposite to the impulse,
+    /// whichever way the tangents point. `s` is found by Newton's method for `1/|λ| = 1/limit`, which
+    /// converges from below (Conn, Gould and Toint 2000, *Trust-region methods*, section 7.3).
+    fn friction_within(&self, limit: Real, dvel: na::Vector2<Real>) -> na::Vector2<Real> {
+        const ITERATIONS: usize = 8;
+        const TOLERANCE: Real = 1.0e-4;
+        let [k11, k22, twice_k12] = self.r;
+        let k12 = 0.5 * twice_k12;
+        let trace = k11 + k22;
+        if trace <= 0.0 || limit <= 0.0 {
+            return na::Vector2::zeros();
+        }
+        let against = na::Matrix2::new(k11, k12, k12, k22) * self.impulse - dvel;
+        // More than nothing, for contacts that cannot move along one of the directions.
+        let mut s = 1.0e-6 * trace;
+        let mut impulse = na::Vector2::zeros();
+        for _ in 0..ITERATIONS {
+            let (a, c) = (k11 + s, k22 + s);
+            let inv_det = 1.0 / (a * c - k12 * k12);
+            let solve = |v: &na::Vector2<Real>| {
+                na::Vector2::new(c * v.x - k12 * v.y, a * v.y - k12 * v.x) * inv_det
+            };
+            impulse = solve(&against);
+            let magnitude = impulse.norm();
+            if magnitude <= limit * (1.0 + TOLERANCE) {
+                break;
+            }
+            let slope = impulse.dot(&solve(&impulse));
+            s += (magnitude / limit - 1.0) * magnitude * magnitude / slope;
+        }
+        impulse.cap_magnitude(limit)
     }
 }
 
