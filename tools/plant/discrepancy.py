@@ -166,9 +166,15 @@ def load(paths, with_scatter, with_impacts):
     walks[:] = [Walk(walk, with_scatter, with_impacts) for path in paths for walk in json.load(open(path))["walks"]]
 
 
+def parameters(x):
+    """Of these logarithms; for means none is less than it is trusted to be."""
+    p = dict(zip(NAMES, np.exp(x)))
+    return trusted(p) if any(walk.is_mean for walk in walks) else p
+
+
 def of_walk(job):
     index, x, is_robust = job
-    return walks[index].ln_evidence(dict(zip(NAMES, np.exp(x))), is_robust)
+    return walks[index].ln_evidence(parameters(x), is_robust)
 
 
 def together(free):
@@ -223,8 +229,7 @@ def learned(pool, sweeps):
         of_amplitude = [k for k in of_amplitude if k not in of_scatter]
     x = search(pool, sweeps, x, of_amplitude, True)
     x[of_scale] = np.log([START[NAMES[k]] for k in of_scale])
-    x = search(pool, sweeps, x, of_scale, False)
-    return dict(zip(NAMES, np.exp(x)))
+    return parameters(search(pool, sweeps, x, of_scale, False))
 
 
 # Chosen, not learned from these walks: with it, the intervals of 25 calibrated robots hold the plant's values (owned.py).
@@ -266,8 +271,6 @@ def main():
     load(*of)
     with Pool(initializer=load, initargs=of) as pool:
         found = learned(pool, args.sweeps)
-    if any(walk.is_mean for walk in walks):
-        found = trusted(found)
     with open(args.output, "w") as file:
         file.write(table(found, args.power))
 
