@@ -134,7 +134,7 @@ pub(crate) fn to_vector(vector: &Vector3<f64>) -> Vector {
     Vector::new(x, y, z)
 }
 
-pub(crate) fn to_rotation(rotation: &UnitQuaternion<f64>) -> Rotation {
+fn to_rotation(rotation: &UnitQuaternion<f64>) -> Rotation {
     let [x, y, z, w] = rotation.coords.cast::<f32>().into();
     Rotation::from_xyzw(x, y, z, w)
 }
