@@ -37,7 +37,7 @@ fn a_robot_turns_by_the_same_in_every_cycle() {
         uphill_rad: 1.0,
         roughness: None,
     };
-    for lost in ["3", "4"] {
+    for lost in ["3", "4", "5"] {
         let turns = turns_deg(lost, Terrain::default());
         assert!(turns.iter().sum::<f64>().abs() > 60.0, "{lost}: {turns:?}");
         assert!(spread(&turns) < 1e-3, "{lost}: {turns:?}");
