@@ -31,6 +31,8 @@ struct AxisCorrelations {
     walking: DMatrix<f64>,
     periodic: DMatrix<f64>,
     irregular: DMatrix<f64>,
+    /// Of something unknown that is irregular.
+    irregular_of_unknown: DMatrix<f64>,
 }
 
 impl Correlations {
@@ -118,7 +120,7 @@ impl Correlations {
             _ => (&self.axes[0], &self.axes[0].walking),
         };
         let each = deviation_deg * deviation_deg / 3.0;
-        Some(each * (lasting + &parts.periodic + &parts.irregular))
+        Some(each * (lasting + &parts.periodic + &parts.irregular_of_unknown))
     }
 }
 
@@ -154,10 +156,11 @@ impl AxisCorrelations {
                 .sum();
             kept * shape
         };
-        // Matérn's covariance of order 3/2: continuous with its slope.
-        let irregular = |a: usize, b: usize| {
-            let lag = 3.0_f64.sqrt() * (walked_s[a] - walked_s[b]).abs() / of_axis.irregular_s;
-            (1.0 + lag) * libm::exp(-lag)
+        let irregular = |a: usize, b: usize| matern(walked_s[a] - walked_s[b], of_axis.irregular_s);
+        let irregular_of_unknown = |a: usize, b: usize| {
+            let lag_s = walked_s[a] - walked_s[b];
+            let each = UNKNOWN_TIME_OCTAVES.map(|k| matern(lag_s, period_s * f64::from(k).exp2()));
+            each.sum::<f64>() / UNKNOWN_TIME_OCTAVES.count() as f64
         };
         let always = DMatrix::from_fn(n, n, |a, b| {
             let noise_s = times_s[a].min(times_s[b]) - first_s;
@@ -177,8 +180,15 @@ impl AxisCorrelations {
             walking: of_walk(&|_, _| 1.0),
             periodic: of_walk(&periodic),
             irregular: of_walk(&irregular),
+            irregular_of_unknown: of_walk(&irregular_of_unknown),
         }
     }
+}
+
+/// Matérn's correlation of order 3/2, of what is continuous with its slope.
+fn matern(lag_s: f64, correlation_s: f64) -> f64 {
+    let lag = 3.0_f64.sqrt() * lag_s.abs() / correlation_s;
+    (1.0 + lag) * libm::exp(-lag)
 }
 
 /// The angle turned at each sample by a robot that turns by one degree per second: its strides grow over
@@ -210,6 +220,10 @@ enum Acts {
 /// Standard deviations of what is unknown, in octaves of a degree: from what the sensor's noise hides to what throws
 /// a robot over. All are equally probable.
 const UNKNOWN_OCTAVES: std::ops::RangeInclusive<i32> = -3..=4;
+
+/// Correlation times of what is unknown and irregular, in octaves of the gait's period: from a vibration to a sway that
+/// lasts for the walk. It has equal parts of all.
+const UNKNOWN_TIME_OCTAVES: std::ops::RangeInclusive<i32> = -4..=2;
 
 impl Unknown {
     /// Every way in which it may act, all equally probable.
@@ -285,38 +299,51 @@ mod tests {
     use super::*;
     use crate::walk::{Observation, observation::Whitening, record::tests::walking_record};
 
+    /// By how much something unknown raises the logarithm of the density of a sway of so many degrees at this
+    /// frequency, of a robot of a make whose walks spread so far.
+    fn ln_gain(table: &Discrepancy, sway_deg: f64, rad_per_s: f64, tilt_deg: f64) -> f64 {
+        let record = walking_record();
+        let observation = Observation::new(&record, table, 1.0);
+        let spread = Spread {
+            tilt_deg,
+            ..Spread::default()
+        };
+        let mut errors = DVector::zeros(observation.len());
+        for (k, time_s) in observation.times_s().iter().enumerate() {
+            if *time_s > record.start_s() {
+                errors[k] = sway_deg * (rad_per_s * time_s).sin();
+            }
+        }
+        let ln = |whitening: &Whitening| {
+            let squares = whitening.squares(&errors);
+            whitening.ln_density(squares, observation.len()).0
+        };
+        let usual = observation.whitening(spread, Compared::Walk).unwrap();
+        let with_unknown = observation.with_unknown(&usual);
+        crate::ln_mean(with_unknown.iter().map(ln), with_unknown.len()) - ln(&usual)
+    }
+
     #[test]
     fn errors_far_beyond_the_usual_are_likelier_where_something_unknown_acts() {
-        let record = walking_record();
-        let observation = Observation::new(&record, &Discrepancy::default(), 1.0);
-        let n = observation.samples_of_an_axis();
-        let times_s = observation.times_s();
-        let ln_gain = |sway_deg: f64, tilt_deg: f64| {
-            let spread = Spread {
-                tilt_deg,
-                ..Spread::default()
-            };
-            // A sway that is no multiple of the gait.
-            let mut errors = DVector::zeros(observation.len());
-            for (k, time_s) in times_s.iter().enumerate() {
-                if *time_s > record.start_s() {
-                    errors[k] = sway_deg * (9.0 * time_s).sin();
-                }
-            }
-            let ln = |whitening: &Whitening| {
-                let squares = whitening.squares(&errors);
-                whitening.ln_density(squares, observation.len()).0
-            };
-            let usual = observation.whitening(spread, Compared::Walk).unwrap();
-            let with_unknown = observation.with_unknown(&usual);
-            let ways = with_unknown.iter().map(ln);
-            crate::ln_mean(ways, with_unknown.len()) - ln(&usual)
-        };
+        // A sway that is no multiple of the gait.
+        let ln_gain =
+            |sway_deg, tilt_deg| ln_gain(&Discrepancy::default(), sway_deg, 9.0, tilt_deg);
         assert!(ln_gain(0.0, 0.25) < -0.5, "{}", ln_gain(0.0, 0.25));
         assert!(ln_gain(4.0, 0.25) > 2.0, "{}", ln_gain(4.0, 0.25));
         // Control: a robot that may walk in many ways is often missed.
         assert!(ln_gain(4.0, 30.0) < ln_gain(4.0, 0.25) - 2.0);
-        assert_eq!(n * 3 + 3, observation.len());
+    }
+
+    #[test]
+    fn something_unknown_is_as_fast_as_it_likes_where_the_engine_errs_slowly() {
+        let slow = Discrepancy::of_means();
+        assert!(slow.tilt.irregular_s > 1.0);
+        for rad_per_s in [9.0, 22.0] {
+            let gain = ln_gain(&slow, 1.0, rad_per_s, 0.25);
+            assert!(gain > 2.0, "{rad_per_s} {gain}");
+        }
+        let nothing = ln_gain(&slow, 0.0, 9.0, 0.25);
+        assert!(nothing < -0.5, "{nothing}");
     }
 
     #[test]
