@@ -65,6 +65,17 @@ impl EvidenceSettings {
         self.mean_discrepancy
             .check()
             .map_err(|error| error.under("mean_discrepancy"))?;
+        // Evidence by single walks is compared with evidence by their mean.
+        let power = self.discrepancy.power;
+        if self.mean_discrepancy.power != power {
+            let expected = format!("{power}, as discrepancy.power has it");
+            let name = "mean_discrepancy.power";
+            return Err(SettingError::new(
+                name,
+                self.mean_discrepancy.power,
+                expected,
+            ));
+        }
         self.prior.check().map_err(|error| error.under("prior"))?;
         self.effort.check().map_err(|error| error.under("effort"))
     }

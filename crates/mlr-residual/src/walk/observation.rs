@@ -96,6 +96,11 @@ impl<'a> Observation<'a> {
         }
     }
 
+    /// Power of the likelihood.
+    pub(crate) fn power(&self) -> f64 {
+        self.power
+    }
+
     /// How many numbers an error has.
     pub(crate) fn len(&self) -> usize {
         3 * self.indices.len() + 3

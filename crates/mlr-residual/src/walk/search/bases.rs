@@ -5,9 +5,7 @@ use std::sync::Arc;
 use mlr_model::Morphology;
 use rayon::prelude::*;
 
-use super::{
-    HOPELESS, Judged, Search, Suspect, base::Base, proposals::Screened, screening, sort_judged,
-};
+use super::{Judged, Search, Suspect, base::Base, proposals::Screened, screening, sort_judged};
 
 /// Robots without effects over the beginning of the walk.
 pub(super) struct Bases<'a> {
@@ -36,7 +34,7 @@ impl<'a> Search<'a, '_> {
         for (weight, base) in &ranked {
             if goes_on(base) {
                 kept.push(base);
-            } else if others > 0 && *weight > best - HOPELESS {
+            } else if others > 0 && *weight > best - self.hopeless() {
                 others -= 1;
                 kept.push(base);
             }
@@ -102,7 +100,7 @@ impl<'a> Search<'a, '_> {
         let mut screened: Vec<Screened<'a>> = Vec::new();
         let mut best = f64::NEG_INFINITY;
         for base in bases {
-            if is_identified(&base) || self.ln_weight_of(&base) >= best - HOPELESS {
+            if is_identified(&base) || self.ln_weight_of(&base) >= best - self.hopeless() {
                 screened.push(self.screened_on(base, &mut best));
             }
         }

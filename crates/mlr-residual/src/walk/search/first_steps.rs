@@ -3,7 +3,7 @@
 use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
-use super::{HOPELESS, Search, Suspect, base::Base};
+use super::{Search, Suspect, base::Base};
 use crate::walk::hypothesis::Hypothesis;
 
 /// A morphology, and what became of its lost links.
@@ -37,9 +37,11 @@ impl<'a> Search<'a, '_> {
         }
         let mut begun = self.after_a_step(&sure);
         let first = self.by_single_walks(sure, &begun).into_iter().next();
-        let best = first.map_or(f64::NEG_INFINITY, |(ln_promise, _)| ln_promise);
         let others = self.by_single_walks(others, &begun);
-        let promising = most_promising(others, best, self.effort.bases);
+        let each = first.iter().chain(&others);
+        let best = each.map(|(ln_promise, _)| *ln_promise);
+        let least = best.fold(f64::NEG_INFINITY, f64::max) - self.hopeless();
+        let promising = most_promising(others, least, self.effort.bases);
         begun.extend(self.after_a_step(&promising));
         begun
     }
@@ -105,12 +107,11 @@ impl<'a> Search<'a, '_> {
     }
 }
 
-/// The first of these in the order of what they promise, as far as they may still win against one that promises `best`.
-/// As many as settle, and three times as many with other damaged legs each: else the links of the same legs leave no
-/// place to others, which may be the right ones with an effect.
-fn most_promising(ranked: Vec<(f64, State)>, best: f64, settle: usize) -> Vec<State> {
-    let best = ranked.first().map_or(best, |(first, _)| first.max(best));
-    let may_win = |(ln_promise, _): &(f64, State)| *ln_promise >= best - HOPELESS;
+/// The first of these in the order of what they promise, as far as that is at least `least`. As many as settle, and
+/// three times as many with other damaged legs each: else the links of the same legs leave no place to others, which may
+/// be the right ones with an effect.
+fn most_promising(ranked: Vec<(f64, State)>, least: f64, settle: usize) -> Vec<State> {
+    let may_win = |(ln_promise, _): &(f64, State)| *ln_promise >= least;
     let mut chosen: Vec<State> = Vec::new();
     for (_, state) in ranked.into_iter().filter(may_win) {
         let damaged = state.0.morphology.damaged_legs();
@@ -218,19 +219,18 @@ mod tests {
             .map(|(k, state)| (-(k as f64), state))
             .collect();
         let settle = 3;
-        let legs = |best: f64| {
-            let chosen = most_promising(ranked.clone(), best, settle).into_iter();
+        let legs = |least: f64| {
+            let chosen = most_promising(ranked.clone(), least, settle).into_iter();
             let mut legs: Vec<Vec<usize>> = chosen
                 .map(|(suspect, _)| suspect.morphology.damaged_legs())
                 .collect();
             legs.dedup();
             legs
         };
-        assert!(legs(0.0).len() > 2 * settle, "{:?}", legs(0.0));
+        assert!(legs(-30.0).len() > 2 * settle, "{:?}", legs(-30.0));
         // Each set is there twice, gone and locked.
-        let behind = HOPELESS - 3.0;
-        assert_eq!(legs(behind).len(), 2);
-        assert!(legs(HOPELESS + 1.0).is_empty());
+        assert_eq!(legs(-3.0).len(), 2);
+        assert!(legs(1.0).is_empty());
     }
 
     #[test]

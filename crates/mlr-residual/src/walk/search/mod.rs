@@ -148,8 +148,9 @@ impl Effort {
 /// links of the same legs, else what these differ by is put down to an effect.
 const BARE: usize = 3;
 
-/// Hypotheses whose logarithm of the weight falls so far behind that no fit brings them back.
-const HOPELESS: f64 = 30.0;
+/// Hypotheses that fall so far behind in the logarithm of the likelihood that no fit brings them back; its power is how
+/// much of that counts.
+const HOPELESS: f64 = 150.0;
 
 /// The search: over the beginning of the walk first, where walks differ smoothly from each other, then
 /// over the whole stretch.
@@ -218,6 +219,18 @@ impl<'a> Search<'a, '_> {
             + walker.ln_truncation()
     }
 
+    /// Hypotheses whose logarithm of the weight falls so far behind are hopeless.
+    fn hopeless(&self) -> f64 {
+        HOPELESS * self.setting.observation.power()
+    }
+
+    /// What a hypothesis beside these has to promise not to be hopeless. That something unknown makes one of them
+    /// likelier says nothing against the others, with which it may be as well.
+    fn least_ln_promise(&self, judged: &[Judged<'_>]) -> f64 {
+        let weights = judged.iter().map(|one| one.ln_weight);
+        weights.fold(f64::NEG_INFINITY, f64::max) - self.hopeless()
+    }
+
     /// A robot without effects promises as much as with something unknown, too: else a sure one that something unknown
     /// acts on falls behind one that may walk in any way.
     fn judge(&self, base: &Arc<Base<'a>>, walker: Walker<'a>, fit: Fit) -> Judged<'a> {
@@ -254,13 +267,6 @@ impl<'a> Search<'a, '_> {
             ln_gain_of_unknown: None,
         }
     }
-}
-
-/// What a hypothesis beside these has to promise not to be hopeless. That something unknown makes one of them
-/// likelier says nothing against the others, with which it may be as well.
-fn least_ln_promise(judged: &[Judged<'_>]) -> f64 {
-    let weights = judged.iter().map(|one| one.ln_weight);
-    weights.fold(f64::NEG_INFINITY, f64::max) - HOPELESS
 }
 
 fn sort_judged(judged: &mut [Judged<'_>]) {

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::{
     Judged, Search,
     extrapolation::Simulated,
-    least_ln_promise,
     proposals::Screened,
     screening::{self, Start},
     sort_judged,
@@ -38,7 +37,7 @@ impl<'a> Search<'a, '_> {
                 let is_bare = one.walker.hypothesis.is_bare();
                 one.is_same(likeliest) || (is_bare && Arc::ptr_eq(&one.base, &likeliest.base))
             });
-            let least = least_ln_promise(&all);
+            let least = self.least_ln_promise(&all);
             let looked_at: Vec<Judged<'a>> = on_its_robot
                 .filter(|one| one.walker.hypothesis.effects.len() < self.effort.most_effects)
                 .filter(|one| one.ln_promise > least || one.walker.hypothesis.is_bare())

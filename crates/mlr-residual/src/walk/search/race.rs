@@ -9,7 +9,6 @@ use super::{
     Judged, Search,
     base::Base,
     extrapolation::Extrapolation,
-    least_ln_promise,
     proposals::{Proposal, Screened},
     screening::Start,
     sort_judged,
@@ -114,7 +113,7 @@ impl<'a> Search<'a, '_> {
         further: impl Fn(&Judged<'a>) -> Option<Judged<'a>> + Sync,
     ) -> Vec<Judged<'a>> {
         self.progress.expect_more(running.len());
-        let least = least_ln_promise(&running);
+        let least = self.least_ln_promise(&running);
         running
             .into_par_iter()
             .map(|one| {

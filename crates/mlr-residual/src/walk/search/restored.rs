@@ -5,7 +5,7 @@ use std::sync::Arc;
 use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
-use super::{HOPELESS, Search, base::Base, proposals::Screened, screening::placements};
+use super::{Search, base::Base, proposals::Screened, screening::placements};
 use crate::walk::hypothesis::{Hypothesis, Placement};
 
 /// Robots with a leg restored on which effects are screened.
@@ -39,7 +39,7 @@ impl<'a> Search<'a, '_> {
         let promising = wanted.into_par_iter().filter_map(|one| {
             let ln_promise = self.ln_promise_of(&one);
             self.progress.advance();
-            let may_win = |promise: &f64| *promise >= best - HOPELESS;
+            let may_win = |promise: &f64| *promise >= best - self.hopeless();
             Some((ln_promise.filter(may_win)?, one))
         });
         let mut ranked: Vec<(f64, Restored<'_, 'a>)> = promising.collect();

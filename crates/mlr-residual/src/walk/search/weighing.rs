@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{BARE, Judged, Search, base::Base, least_ln_promise, race::likeliest, sort_judged};
+use super::{BARE, Judged, Search, base::Base, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
@@ -19,9 +19,10 @@ const MOST: usize = 8;
 
 /// Walks that are drawn every time as long as hypotheses are looked for.
 const DRAWS_AT_FIRST: usize = 48;
-/// Robots that are so far behind the likeliest one are in question still: weighed again on equal terms, robots of one log
-/// have changed by up to 9 beside each other.
-const IN_QUESTION: f64 = 10.0;
+/// Robots that are so far behind the likeliest one in the logarithm of the likelihood are in question still, its power
+/// being how much of that counts: weighed again on equal terms, robots of one log have changed by up to 45 beside each
+/// other.
+const IN_QUESTION: f64 = 50.0;
 /// Hypotheses on each of these that are weighed again.
 const ON_EACH: usize = 4;
 
@@ -90,7 +91,7 @@ impl<'a> Search<'a, '_> {
     /// The likeliest hypotheses, each once, by the mean of their walks. The others, which have fallen
     /// behind, change as much as these do in the mean.
     pub(super) fn weighed(&self, fitted: Vec<Judged<'a>>) -> Weighed<'a> {
-        let (chosen, others) = likeliest_and_others(each_once(fitted));
+        let (chosen, others) = self.likeliest_and_others(each_once(fitted));
         self.progress.expect_more(chosen.len());
         let mut weighed = Weighed {
             robots: Vec::new(),
@@ -136,7 +137,7 @@ impl<'a> Search<'a, '_> {
     /// What was looked at longer has more walks, and nearer to where they matter: it seems likelier for that alone.
     pub(super) fn on_equal_terms(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
         let best = weighed.robots.iter().map(OnRobot::ln_promise);
-        let least = best.fold(f64::NEG_INFINITY, f64::max) - IN_QUESTION;
+        let least = best.fold(f64::NEG_INFINITY, f64::max) - IN_QUESTION * self.of_means.power();
         let robots = weighed.robots.iter_mut();
         let in_question: Vec<&mut OnRobot<'a>> =
             robots.filter(|robot| robot.ln_promise() > least).collect();
@@ -178,6 +179,23 @@ impl<'a> Search<'a, '_> {
         further.iter().for_each(|_| self.progress.advance());
         robot.judged.extend(further);
         self.judge_by_means(robot);
+    }
+
+    /// Those that are weighed, of hypotheses in order of their likelihood, and the rest.
+    fn likeliest_and_others(&self, fitted: Vec<Judged<'a>>) -> (Vec<Judged<'a>>, Vec<Judged<'a>>) {
+        let least = self.least_ln_promise(&fitted);
+        let is_bare = |k: &usize| fitted[*k].walker.hypothesis.is_bare();
+        let bare = (0..fitted.len()).filter(is_bare).take(BARE);
+        let mut chosen = likeliest(&fitted, MOST);
+        chosen.extend(bare);
+        let each = fitted.into_iter().enumerate();
+        let (chosen, others): (Vec<_>, Vec<_>) =
+            each.partition(|(k, one)| chosen.contains(k) && one.ln_promise > least);
+        let without_index = |(_, one)| one;
+        (
+            chosen.into_iter().map(without_index).collect(),
+            others.into_iter().map(without_index).collect(),
+        )
     }
 
     fn judge_by_means(&self, robot: &mut OnRobot<'a>) {
@@ -239,21 +257,4 @@ fn each_once(mut fitted: Vec<Judged<'_>>) -> Vec<Judged<'_>> {
         }
     }
     once
-}
-
-/// Those that are weighed, of hypotheses in order of their likelihood, and the rest.
-fn likeliest_and_others(fitted: Vec<Judged<'_>>) -> (Vec<Judged<'_>>, Vec<Judged<'_>>) {
-    let least = least_ln_promise(&fitted);
-    let is_bare = |k: &usize| fitted[*k].walker.hypothesis.is_bare();
-    let bare = (0..fitted.len()).filter(is_bare).take(BARE);
-    let mut chosen = likeliest(&fitted, MOST);
-    chosen.extend(bare);
-    let each = fitted.into_iter().enumerate();
-    let (chosen, others): (Vec<_>, Vec<_>) =
-        each.partition(|(k, one)| chosen.contains(k) && one.ln_promise > least);
-    let without_index = |(_, one)| one;
-    (
-        chosen.into_iter().map(without_index).collect(),
-        others.into_iter().map(without_index).collect(),
-    )
 }
