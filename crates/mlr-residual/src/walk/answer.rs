@@ -65,17 +65,6 @@ impl EvidenceSettings {
         self.mean_discrepancy
             .check()
             .map_err(|error| error.under("mean_discrepancy"))?;
-        // Evidence by single walks is compared with evidence by their mean.
-        let power = self.discrepancy.power;
-        if self.mean_discrepancy.power != power {
-            let expected = format!("{power}, as discrepancy.power has it");
-            let name = "mean_discrepancy.power";
-            return Err(SettingError::new(
-                name,
-                self.mean_discrepancy.power,
-                expected,
-            ));
-        }
         self.prior.check().map_err(|error| error.under("prior"))?;
         self.effort.check().map_err(|error| error.under("effort"))
     }
@@ -107,7 +96,12 @@ pub fn explain_walk(
     settings.check()?;
     let identified = suspects.first().ok_or(WalkError::Diverged)?;
     let period_s = nominal.gait.period_s;
-    let (single, mean) = (&settings.discrepancy, &settings.mean_discrepancy);
+    let mean = &settings.mean_discrepancy;
+    // Evidence by single walks is compared with evidence by their mean: as much of either counts.
+    let single = &Discrepancy {
+        power: mean.power,
+        ..settings.discrepancy.clone()
+    };
     let observation = Observation::new(record, single, period_s);
     let of_means = Observation::new(record, mean, period_s);
     let beginning = Observation::of_beginning(record, single, period_s);

@@ -34,7 +34,8 @@ pub struct Discrepancy {
     /// Share of the errors that count as independent evidence. The process is no better than what it
     /// was learned from, and the most probable parameters are found only so well: a power of
     /// the likelihood below 1 asks that a model comes near the data, not that it made them (Miller and
-    /// Dunson 2019, "Robust Bayesian inference via coarsening").
+    /// Dunson 2019, "Robust Bayesian inference via coarsening"). An explanation takes that of means for single walks,
+    /// too.
     pub power: f64,
     /// The same where it is asked what the robot's own parameters are, rather than with which ones
     /// this model walks like it: what the engine gets wrong of one robot on every day passes for

@@ -144,8 +144,7 @@ impl Effort {
     }
 }
 
-/// Hypotheses without effects that are kept: one with the lost links gone, one with them locked, and one with other
-/// links of the same legs, else what these differ by is put down to an effect.
+/// Hypotheses without effects that are kept, else what robots differ by is put down to an effect.
 const BARE: usize = 3;
 
 /// Hypotheses that fall so far behind in the logarithm of the likelihood that no fit brings them back; its power is how
@@ -188,7 +187,7 @@ impl<'a> Search<'a, '_> {
         }
         sort(&mut proposals);
         let entrants = self.entrants(&screened, proposals, self.effort.entrants);
-        let bare = bare.into_iter().take(BARE);
+        let bare = kept_bare(&bare).into_iter().map(|k| bare[k].clone());
         let ranked = self.race(entrants.into_iter().chain(bare).collect());
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
         let weighed = match self.effort.neighbours {
@@ -267,6 +266,23 @@ impl<'a> Search<'a, '_> {
             ln_gain_of_unknown: None,
         }
     }
+}
+
+/// Indices of the hypotheses without effects that are kept of these, the most promising first: the first, the same robot
+/// with its lost links gone in place of locked, or the other way, and those that promise most of the rest.
+fn kept_bare(ranked: &[Judged<'_>]) -> Vec<usize> {
+    let is_bare = |k: &usize| ranked[*k].walker.hypothesis.is_bare();
+    let mut bare: Vec<usize> = (0..ranked.len()).filter(is_bare).collect();
+    let hypothesis = |k: usize| &ranked[k].walker.hypothesis;
+    let differs_in_lost_links = |k: &usize| {
+        hypothesis(*k).morphology == hypothesis(bare[0]).morphology
+            && hypothesis(*k).lost_links != hypothesis(bare[0]).lost_links
+    };
+    if let Some(other) = bare.iter().position(differs_in_lost_links) {
+        bare[1..=other].rotate_right(1);
+    }
+    bare.truncate(BARE);
+    bare
 }
 
 fn sort_judged(judged: &mut [Judged<'_>]) {

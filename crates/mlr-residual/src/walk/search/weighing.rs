@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 
-use super::{BARE, Judged, Search, base::Base, race::likeliest, sort_judged};
+use super::{Judged, Search, base::Base, kept_bare, race::likeliest, sort_judged};
 use crate::{
     ln_mean,
     walk::{
@@ -184,10 +184,8 @@ impl<'a> Search<'a, '_> {
     /// Those that are weighed, of hypotheses in order of their likelihood, and the rest.
     fn likeliest_and_others(&self, fitted: Vec<Judged<'a>>) -> (Vec<Judged<'a>>, Vec<Judged<'a>>) {
         let least = self.least_ln_promise(&fitted);
-        let is_bare = |k: &usize| fitted[*k].walker.hypothesis.is_bare();
-        let bare = (0..fitted.len()).filter(is_bare).take(BARE);
         let mut chosen = likeliest(&fitted, MOST);
-        chosen.extend(bare);
+        chosen.extend(kept_bare(&fitted));
         let each = fitted.into_iter().enumerate();
         let (chosen, others): (Vec<_>, Vec<_>) =
             each.partition(|(k, one)| chosen.contains(k) && one.ln_promise > least);
