@@ -81,6 +81,12 @@ pub(crate) struct Judged<'a> {
     pub(crate) ln_gain_of_unknown: Option<f64>,
 }
 
+impl Judged<'_> {
+    fn hypothesis(&self) -> &Hypothesis {
+        &self.walker.hypothesis
+    }
+}
+
 /// What a search found.
 pub(crate) struct Searched<'a> {
     /// Every hypothesis that was fitted over the whole stretch, in no order.
@@ -187,7 +193,9 @@ impl<'a> Search<'a, '_> {
         }
         sort(&mut proposals);
         let entrants = self.entrants(&screened, proposals, self.effort.entrants);
-        let bare = kept_bare(&bare).into_iter().map(|k| bare[k].clone());
+        let bare = kept_bare(bare.iter().map(Judged::hypothesis))
+            .into_iter()
+            .map(|k| bare[k].clone());
         let ranked = self.race(entrants.into_iter().chain(bare).collect());
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
         let weighed = match self.effort.neighbours {
@@ -270,19 +278,17 @@ impl<'a> Search<'a, '_> {
 
 /// Indices of the hypotheses without effects that are kept of these, the most promising first: the first, the same robot
 /// with its lost links gone in place of locked, or the other way, and those that promise most of the rest.
-fn kept_bare(ranked: &[Judged<'_>]) -> Vec<usize> {
-    let is_bare = |k: &usize| ranked[*k].walker.hypothesis.is_bare();
-    let mut bare: Vec<usize> = (0..ranked.len()).filter(is_bare).collect();
-    let hypothesis = |k: usize| &ranked[k].walker.hypothesis;
-    let differs_in_lost_links = |k: &usize| {
-        hypothesis(*k).morphology == hypothesis(bare[0]).morphology
-            && hypothesis(*k).lost_links != hypothesis(bare[0]).lost_links
+fn kept_bare<'h>(ranked: impl Iterator<Item = &'h Hypothesis>) -> Vec<usize> {
+    let bare = ranked.enumerate().filter(|(_, one)| one.is_bare());
+    let mut bare: Vec<(usize, &Hypothesis)> = bare.collect();
+    let differs_in_lost_links = |(_, one): &(usize, &Hypothesis)| {
+        let first = bare[0].1;
+        one.morphology == first.morphology && one.lost_links != first.lost_links
     };
     if let Some(other) = bare.iter().position(differs_in_lost_links) {
         bare[1..=other].rotate_right(1);
     }
-    bare.truncate(BARE);
-    bare
+    bare.into_iter().take(BARE).map(|(k, _)| k).collect()
 }
 
 fn sort_judged(judged: &mut [Judged<'_>]) {
@@ -291,10 +297,40 @@ fn sort_judged(judged: &mut [Judged<'_>]) {
 
 #[cfg(test)]
 mod tests {
+    use mlr_model::{LegLayout, LostLinks};
     use rand::SeedableRng as _;
 
     use super::*;
     use crate::walk::{Discrepancy, NuisancePrior, NuisanceSettings, WalkModel, WalkRecord};
+    use crate::walk_effects::{Place, find};
+
+    #[test]
+    fn the_likeliest_robot_stays_beside_itself_with_its_lost_links_in_the_other_state() {
+        let layout = LegLayout::new(vec![3; 6]).unwrap();
+        let with = |legs: &str, lost_links, effects| Hypothesis {
+            morphology: Morphology::parse_legs_lost(legs, &layout).unwrap(),
+            lost_links,
+            effects,
+        };
+        let bare = |legs, lost_links| with(legs, lost_links, Vec::new());
+        let slope = Placement {
+            effect: find("slope").unwrap(),
+            place: Place::Robot,
+        };
+        use LostLinks::{Absent, Locked};
+        let ranked = [
+            with("4,5", Absent, vec![slope]),
+            bare("4,5", Absent),
+            bare("5", Locked),
+            bare("5", Absent),
+            bare("4", Absent),
+            bare("4,5", Locked),
+        ];
+        assert_eq!(kept_bare(ranked.iter()), [1, 5, 2]);
+        // The control: where it is not there, those that promise most.
+        assert_eq!(kept_bare(ranked[..5].iter()), [1, 2, 3]);
+        assert!(kept_bare(ranked[..1].iter()).is_empty());
+    }
 
     /// What `of` makes of a search that looks at this record of a robot, whose damage is as probable as any other.
     pub(super) fn with_search<T>(

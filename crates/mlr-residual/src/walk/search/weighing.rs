@@ -185,7 +185,7 @@ impl<'a> Search<'a, '_> {
     fn likeliest_and_others(&self, fitted: Vec<Judged<'a>>) -> (Vec<Judged<'a>>, Vec<Judged<'a>>) {
         let least = self.least_ln_promise(&fitted);
         let mut chosen = likeliest(&fitted, MOST);
-        chosen.extend(kept_bare(&fitted));
+        chosen.extend(kept_bare(fitted.iter().map(Judged::hypothesis)));
         let each = fitted.into_iter().enumerate();
         let (chosen, others): (Vec<_>, Vec<_>) =
             each.partition(|(k, one)| chosen.contains(k) && one.ln_promise > least);

@@ -24,7 +24,9 @@ impl<'a> Search<'a, '_> {
     /// The likeliest of these, and effects of the sensor beside them, fitted over the whole stretch.
     pub(super) fn over_the_whole_stretch(&self, ranked: &[Judged<'a>]) -> Vec<Judged<'a>> {
         let is_bare = |judged: &&Judged<'a>| judged.walker.hypothesis.is_bare();
-        let bare = kept_bare(ranked).into_iter().map(|k| &ranked[k]);
+        let bare = kept_bare(ranked.iter().map(Judged::hypothesis))
+            .into_iter()
+            .map(|k| &ranked[k]);
         let with_effects = likeliest(ranked, MOST).into_iter().map(|k| &ranked[k]);
         let chosen: Vec<&Judged<'a>> = bare.chain(with_effects).collect();
         let mut bases: Vec<(Arc<Base<'a>>, Arc<Base<'a>>)> = Vec::new();
