@@ -2,73 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use mlr_filter::{Axes, SettingError};
+use mlr_filter::Axes;
 use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use super::{
-    ByAxis, Discrepancy, EffectPrior, Nuisance, NuisancePrior, NuisanceSettings, Observation,
-    Reported, Rival, StretchErrors, StretchesS, Suspect, TracedEffect, WalkAlternative,
-    WalkCandidate, WalkError, WalkExplanation, WalkModel, WalkRecord,
+    ByAxis, Discrepancy, EvidenceSettings, Nuisance, NuisancePrior, Observation, Reported, Rival,
+    StretchErrors, StretchesS, Suspect, TracedEffect, WalkAlternative, WalkCandidate, WalkError,
+    WalkExplanation, WalkModel, WalkRecord,
     decomposition::decompose,
     evidence::Fit,
     hypothesis::Walker,
     outcome::{LOCKED_LINKS, Outcome, posterior},
     residual_left::residual_left,
-    search::{Beforehand, Effort, Search, base::Setting},
+    search::{Beforehand, Search, base::Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
 use crate::{Posterior, Progress};
-
-/// How a walk is explained.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, default)]
-pub struct EvidenceSettings {
-    /// How robots of one make differ.
-    pub nuisance: NuisanceSettings,
-    /// What a walk of the right model gets wrong.
-    pub discrepancy: Discrepancy,
-    /// What the mean of its walks gets wrong.
-    pub mean_discrepancy: Discrepancy,
-    /// How probable effects are before the record is seen.
-    pub prior: EffectPrior,
-    /// How much is tried.
-    pub effort: Effort,
-}
-
-impl Default for EvidenceSettings {
-    fn default() -> Self {
-        Self {
-            nuisance: NuisanceSettings::default(),
-            discrepancy: Discrepancy::default(),
-            mean_discrepancy: Discrepancy::of_means(),
-            prior: EffectPrior::default(),
-            effort: Effort::default(),
-        }
-    }
-}
-
-impl EvidenceSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`SettingError`] naming the first that makes no sense.
-    pub fn check(&self) -> Result<(), SettingError> {
-        self.nuisance
-            .check()
-            .map_err(|error| error.under("nuisance"))?;
-        self.discrepancy
-            .check()
-            .map_err(|error| error.under("discrepancy"))?;
-        self.mean_discrepancy
-            .check()
-            .map_err(|error| error.under("mean_discrepancy"))?;
-        self.prior.check().map_err(|error| error.under("prior"))?;
-        self.effort.check().map_err(|error| error.under("effort"))
-    }
-}
 
 /// Share of the probability that rivals hold together with the answer.
 const CREDIBLE: f64 = 0.9;

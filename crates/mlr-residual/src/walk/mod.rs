@@ -10,6 +10,7 @@ mod drawn;
 mod evidence;
 mod hypothesis;
 mod information;
+mod linear_model;
 mod mean_walk;
 mod model;
 mod nuisance;
@@ -20,9 +21,10 @@ mod report;
 mod residual_left;
 mod search;
 mod sensing;
+mod settings;
 mod stretch_errors;
 
-pub use answer::{EvidenceSettings, explain_walk};
+pub use answer::explain_walk;
 pub use calibrated_walk::{
     CalibratedParameter, CalibratedWalk, KnownEffect, KnownRobot, Simulated,
 };
@@ -40,6 +42,7 @@ pub use report::{
 };
 pub use search::{Beforehand, Effort, Suspect, earlier::EarlierEffects, prior::EffectPrior};
 pub use sensing::Sensing;
+pub use settings::EvidenceSettings;
 
 pub(crate) use model::Prediction;
 pub(crate) use nuisance::{Nuisance, NuisancePrior};

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     laplace,
     walk::{
-        evidence::{LinearModel, curvature},
+        evidence::curvature,
+        linear_model::LinearModel,
         observation::{GROUPS, Whitening},
     },
 };

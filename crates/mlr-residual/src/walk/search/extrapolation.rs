@@ -4,8 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::screening::Start;
 use crate::walk::{
-    evidence::{Fit, LinearModel},
+    evidence::Fit,
     hypothesis::{Walked, Walker},
+    linear_model::LinearModel,
     observation::{GROUPS, Whitening},
 };
 

@@ -8,7 +8,8 @@ use super::{Judged, Search, base::Base, kept_bare, race::likeliest, sort_judged}
 use crate::{
     ln_mean,
     walk::{
-        evidence::{Fit, LinearModel},
+        evidence::Fit,
+        linear_model::LinearModel,
         mean_walk::{DRAWS, MeanWalks},
         observation::{Observation, Whitening},
     },
