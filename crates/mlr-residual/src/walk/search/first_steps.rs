@@ -7,7 +7,7 @@ use super::{Search, Suspect, base::Base};
 use crate::walk::hypothesis::Hypothesis;
 
 /// A morphology, and what became of its lost links.
-type State = (Suspect, LostLinks);
+pub(super) type State = (Suspect, LostLinks);
 
 impl<'a> Search<'a, '_> {
     /// These robots after a first step.
@@ -46,7 +46,7 @@ impl<'a> Search<'a, '_> {
         begun
     }
 
-    fn suspect(&self, morphology: Morphology) -> Suspect {
+    pub(super) fn suspect(&self, morphology: Morphology) -> Suspect {
         Suspect {
             ln_prior: (self.known.ln_morphology)(&morphology),
             morphology,
@@ -125,7 +125,7 @@ fn most_promising(ranked: Vec<(f64, State)>, least: f64, settle: usize) -> Vec<S
 }
 
 /// Lost links gone, and locked, if there are any.
-fn states_of(suspect: Suspect) -> Vec<State> {
+pub(super) fn states_of(suspect: Suspect) -> Vec<State> {
     match suspect.morphology.is_healthy() {
         true => vec![(suspect, LostLinks::Absent)],
         false => vec![

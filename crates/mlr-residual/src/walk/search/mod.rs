@@ -11,6 +11,7 @@ pub(crate) mod prior;
 mod proposals;
 mod race;
 mod restored;
+mod robots_alike;
 pub(crate) mod screening;
 mod unfitted;
 mod weighing;
@@ -200,7 +201,10 @@ impl<'a> Search<'a, '_> {
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
         let weighed = match self.effort.neighbours {
             0 => weighed,
-            _ => self.with_neighbours(self.with_effects_on_other_robots(weighed)),
+            _ => {
+                let weighed = self.with_effects_on_other_robots(weighed);
+                self.with_neighbours(self.with_effects_on_robots_alike(weighed))
+            }
         };
         let fitted = self.on_equal_terms(weighed).all();
         Searched {

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use mlr_model::Morphology;
+
 use super::{Judged, Search, base::Base, weighing::Weighed};
 use crate::walk::hypothesis::Placement;
 
@@ -33,21 +35,29 @@ impl<'a> Search<'a, '_> {
 
     /// The hypothesis that another robot has the effects of the likeliest one, from its own parameters and from those of
     /// the likeliest. `None` where it cannot have one of them.
-    fn with_effects_of(&self, likeliest: &Judged<'a>, base: &Arc<Base<'a>>) -> Option<Judged<'a>> {
+    pub(super) fn with_effects_of(
+        &self,
+        likeliest: &Judged<'a>,
+        base: &Arc<Base<'a>>,
+    ) -> Option<Judged<'a>> {
         let Judged { walker, fit, .. } = likeliest;
-        let robot = &self.setting.nominal.robot;
-        let is_possible = |one: &Placement| {
-            let places = one.effect.places(robot, &base.morphology);
-            places.contains(&one.place)
-        };
         let effects = &walker.hypothesis.effects;
-        if effects.is_empty() || !effects.iter().all(is_possible) {
+        if effects.is_empty() || !self.may_have(&base.morphology, effects) {
             return None;
         }
         let other = base.with(effects.clone());
         let found = other.with_parameters_of(walker, &fit.walked.z);
         let beside_its_own = base.beside_reference(&other, &other.values(&found));
         self.fitted_from(base, other, vec![beside_its_own, found])
+    }
+
+    /// Whether a robot has the places of all these effects.
+    pub(super) fn may_have(&self, morphology: &Morphology, effects: &[Placement]) -> bool {
+        let robot = &self.setting.nominal.robot;
+        effects.iter().all(|one| {
+            let places = one.effect.places(robot, morphology);
+            places.contains(&one.place)
+        })
     }
 }
 

@@ -23,7 +23,7 @@ const DRAWS_AT_FIRST: usize = 48;
 /// Robots that are so far behind the likeliest one in the logarithm of the likelihood are in question still, its power
 /// being how much of that counts: weighed again on equal terms, robots of one log have changed by up to 45 beside each
 /// other.
-const IN_QUESTION: f64 = 50.0;
+pub(super) const IN_QUESTION: f64 = 50.0;
 /// Hypotheses on each of these that are weighed again.
 const ON_EACH: usize = 4;
 

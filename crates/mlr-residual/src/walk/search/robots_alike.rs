@@ -1,0 +1,134 @@
+//! The effects of the likeliest hypothesis on robots that have lost one leg more than its own, or one less.
+
+use std::sync::Arc;
+
+use mlr_model::Morphology;
+use rayon::prelude::*;
+
+use super::{
+    Judged, Search,
+    base::Base,
+    first_steps::{State, states_of},
+    weighing::{IN_QUESTION, Weighed},
+};
+use crate::walk::hypothesis::Hypothesis;
+
+impl<'a> Search<'a, '_> {
+    /// These hypotheses, and the effects of the likeliest one on the robot that promises most with them by single walks, of
+    /// those that differ from its own in one leg.
+    ///
+    /// A robot that lacks a leg and has an effect may walk unlike all that lack legs only, so that without the effect it
+    /// was never among the likeliest.
+    pub(super) fn with_effects_on_robots_alike(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
+        let all = weighed.all();
+        let Some(likeliest) = all.iter().find(|one| one.is_weighed()) else {
+            return weighed;
+        };
+        if likeliest.hypothesis().is_bare() {
+            return weighed;
+        }
+        let is_weighed = |(suspect, lost_links): &State| {
+            all.iter().any(|one| {
+                one.is_weighed()
+                    && one.base.morphology == suspect.morphology
+                    && one.base.lost_links == *lost_links
+            })
+        };
+        let mut states: Vec<State> = alike(&likeliest.base.morphology)
+            .into_iter()
+            .flat_map(|morphology| states_of(self.suspect(morphology)))
+            .filter(|state| state.0.ln_prior.is_finite())
+            .collect();
+        states.retain(|state| !is_weighed(state));
+        self.progress.expect_more(states.len());
+        let promises = states.into_par_iter().filter_map(|state| {
+            let ln_promise = self.ln_promise_with_effects_of(likeliest, &state);
+            self.progress.advance();
+            Some((ln_promise?, state))
+        });
+        let best = promises.max_by(|(a, _), (b, _)| a.total_cmp(b));
+        let own = (
+            self.suspect(likeliest.base.morphology.clone()),
+            likeliest.base.lost_links,
+        );
+        let own = self.ln_promise_with_effects_of(likeliest, &own);
+        let least = own.unwrap_or(f64::NEG_INFINITY) - IN_QUESTION * self.of_means.power();
+        if let Some((ln_promise, state)) = best
+            && ln_promise > least
+        {
+            let with = self.fitted_with_effects_of(likeliest, &state);
+            self.weigh_too(&mut weighed, with, &[]);
+        }
+        weighed
+    }
+
+    /// Logarithm of the weight of a robot with the effects of the likeliest hypothesis, by single walks: it is taken to be
+    /// as sensitive as the likeliest robot, and to err as much. `None` where it cannot have these effects, or does not
+    /// walk.
+    fn ln_promise_with_effects_of(&self, likeliest: &Judged<'a>, state: &State) -> Option<f64> {
+        let (suspect, lost_links) = state;
+        let effects = &likeliest.hypothesis().effects;
+        if !self.may_have(&suspect.morphology, effects) {
+            return None;
+        }
+        let walker = self.setting.walker(Hypothesis {
+            morphology: suspect.morphology.clone(),
+            lost_links: *lost_links,
+            effects: effects.clone(),
+        });
+        let z = &likeliest.fit.walked.z;
+        let values = likeliest.walker.values(z);
+        let points = [
+            walker.with_parameters_of(&likeliest.walker, z),
+            walker.described(&values),
+        ];
+        let ln_evidence = likeliest.base.ln_evidence_of_other(&walker, points)?;
+        Some(ln_evidence + self.ln_prior(suspect.ln_prior, &walker))
+    }
+
+    /// That robot without effects and with those of the likeliest hypothesis.
+    fn fitted_with_effects_of(&self, likeliest: &Judged<'a>, state: &State) -> Vec<Judged<'a>> {
+        let (suspect, lost_links) = state;
+        let bare = self.setting.walker(Hypothesis {
+            morphology: suspect.morphology.clone(),
+            lost_links: *lost_links,
+            effects: Vec::new(),
+        });
+        let z = bare.with_parameters_of(&likeliest.walker, &likeliest.fit.walked.z);
+        let base = Base::at_walk(&bare, self.setting, z, suspect.ln_prior)
+            .and_then(|base| base.scattered(self.of_means, self.generator));
+        let Some(base) = base.map(Arc::new) else {
+            return Vec::new();
+        };
+        let fit = base.fit(&bare);
+        let mut fitted = vec![self.judge(&base, bare, fit)];
+        fitted.extend(self.with_effects_of(likeliest, &base));
+        fitted
+    }
+}
+
+/// Robots that lack one leg more than this one, or of whose damaged legs one is whole.
+fn alike(robot: &Morphology) -> Vec<Morphology> {
+    let damaged = robot.damaged_legs();
+    let with_other_leg = |leg: usize| match damaged.contains(&(leg + 1)) {
+        true => robot.clone().with_remaining(leg, robot.links(leg)),
+        false => robot.clone().without_leg(leg),
+    };
+    (0..robot.legs()).map(with_other_leg).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_model::LegLayout;
+
+    use super::*;
+
+    #[test]
+    fn robots_alike_lack_one_leg_more_or_one_less() {
+        let layout = LegLayout::new(vec![3; 6]).unwrap();
+        let robot = Morphology::parse_legs_lost("4", &layout).unwrap();
+        let legs: Vec<Vec<usize>> = alike(&robot).iter().map(Morphology::damaged_legs).collect();
+        let expected: [&[usize]; 6] = [&[1, 4], &[2, 4], &[3, 4], &[], &[4, 5], &[4, 6]];
+        assert_eq!(legs, expected);
+    }
+}
