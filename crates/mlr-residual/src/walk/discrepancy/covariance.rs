@@ -314,6 +314,7 @@ mod tests {
                 errors[k] = sway_deg * (rad_per_s * time_s).sin();
             }
         }
+        assert_eq!(observation.samples_of_an_axis() * 3 + 3, observation.len());
         let ln = |whitening: &Whitening| {
             let squares = whitening.squares(&errors);
             whitening.ln_density(squares, observation.len()).0

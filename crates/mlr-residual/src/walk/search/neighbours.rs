@@ -34,13 +34,13 @@ impl<'a> Search<'a, '_> {
                 break;
             };
             let on_its_robot = all.iter().filter(|one| {
-                let is_bare = one.walker.hypothesis.is_bare();
+                let is_bare = one.hypothesis().is_bare();
                 one.is_same(likeliest) || (is_bare && Arc::ptr_eq(&one.base, &likeliest.base))
             });
             let least = self.least_ln_promise(&all);
             let looked_at: Vec<Judged<'a>> = on_its_robot
-                .filter(|one| one.walker.hypothesis.effects.len() < self.effort.most_effects)
-                .filter(|one| one.ln_promise > least || one.walker.hypothesis.is_bare())
+                .filter(|one| one.hypothesis().effects.len() < self.effort.most_effects)
+                .filter(|one| one.ln_promise > least || one.hypothesis().is_bare())
                 .filter(|one| !seen.iter().any(|known| known.is_same(one)))
                 .cloned()
                 .collect();
@@ -124,12 +124,12 @@ impl<'a> Search<'a, '_> {
     ) -> Vec<(&'s Start, f64)> {
         let base = &judged.base;
         let extrapolated = |start: &'s Start| -> Option<(&'s Start, f64)> {
-            if judged.walker.hypothesis.effects.contains(&start.placement) {
+            if judged.hypothesis().effects.contains(&start.placement) {
                 return None;
             }
             let walker = base.with_added(&judged.walker, start.placement);
             let is_known = weighed.iter().any(|one| {
-                Arc::ptr_eq(&one.base, base) && one.walker.hypothesis.is_same(&walker.hypothesis)
+                Arc::ptr_eq(&one.base, base) && one.hypothesis().is_same(&walker.hypothesis)
             });
             if is_known {
                 return None;

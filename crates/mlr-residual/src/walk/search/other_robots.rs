@@ -17,10 +17,10 @@ impl<'a> Search<'a, '_> {
         let Some(likeliest) = all.first() else {
             return weighed;
         };
-        let effects = &likeliest.walker.hypothesis.effects;
+        let effects = &likeliest.hypothesis().effects;
         let has_them = |base: &Arc<Base<'a>>| {
             let mut on_it = all.iter().filter(|one| Arc::ptr_eq(&one.base, base));
-            on_it.any(|one| one.is_weighed() && one.walker.hypothesis.effects == *effects)
+            on_it.any(|one| one.is_weighed() && one.hypothesis().effects == *effects)
         };
         let mut robots = robots_weighed(&all);
         robots.retain(|base| !has_them(base));
@@ -62,7 +62,7 @@ impl<'a> Search<'a, '_> {
 }
 
 /// The robots of hypotheses that are weighed, each once.
-fn robots_weighed<'a>(all: &[Judged<'a>]) -> Vec<Arc<Base<'a>>> {
+pub(super) fn robots_weighed<'a>(all: &[Judged<'a>]) -> Vec<Arc<Base<'a>>> {
     let mut robots: Vec<Arc<Base<'a>>> = Vec::new();
     for one in all.iter().filter(|one| one.is_weighed()) {
         if !robots.iter().any(|base| Arc::ptr_eq(base, &one.base)) {

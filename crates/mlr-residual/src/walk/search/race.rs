@@ -181,7 +181,7 @@ fn keep_likeliest<'a>(
     let (stay, go): (Vec<_>, Vec<_>) = running
         .into_iter()
         .enumerate()
-        .partition(|(k, one)| chosen.contains(k) || one.walker.hypothesis.is_bare());
+        .partition(|(k, one)| chosen.contains(k) || one.hypothesis().is_bare());
     left_behind.extend(go.into_iter().map(|(_, one)| one));
     stay.into_iter().map(|(_, one)| one).collect()
 }
@@ -192,7 +192,7 @@ fn keep_likeliest<'a>(
 pub(super) fn likeliest(ranked: &[Judged<'_>], most: usize) -> Vec<usize> {
     let with_effects = || {
         let each = ranked.iter().enumerate();
-        each.filter(|(_, one)| !one.walker.hypothesis.is_bare())
+        each.filter(|(_, one)| !one.hypothesis().is_bare())
     };
     let mut chosen: Vec<usize> = Vec::new();
     for (k, one) in with_effects() {

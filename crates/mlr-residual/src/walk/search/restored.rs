@@ -109,8 +109,7 @@ impl<'a> Search<'a, '_> {
                 continue;
             }
             for leg in damaged.iter().copied() {
-                let links = taken_for.morphology.links(leg - 1);
-                let morphology = taken_for.morphology.clone().with_remaining(leg - 1, links);
+                let morphology = with_leg_restored(&taken_for.morphology, leg - 1);
                 let lost_links = match morphology.is_healthy() {
                     true => LostLinks::Absent,
                     false => taken_for.lost_links,
@@ -135,4 +134,9 @@ impl<'a> Search<'a, '_> {
         }
         wanted
     }
+}
+
+/// The same robot with this leg, from 0, whole.
+pub(super) fn with_leg_restored(robot: &Morphology, leg: usize) -> Morphology {
+    robot.clone().with_remaining(leg, robot.links(leg))
 }

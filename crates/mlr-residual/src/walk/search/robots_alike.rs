@@ -9,7 +9,9 @@ use super::{
     Judged, Search,
     base::Base,
     first_steps::{State, states_of},
-    weighing::{IN_QUESTION, Weighed},
+    other_robots::robots_weighed,
+    restored::with_leg_restored,
+    weighing::Weighed,
 };
 use crate::walk::hypothesis::Hypothesis;
 
@@ -27,19 +29,17 @@ impl<'a> Search<'a, '_> {
         if likeliest.hypothesis().is_bare() {
             return weighed;
         }
+        let weighed_robots = robots_weighed(&all);
         let is_weighed = |(suspect, lost_links): &State| {
-            all.iter().any(|one| {
-                one.is_weighed()
-                    && one.base.morphology == suspect.morphology
-                    && one.base.lost_links == *lost_links
-            })
+            weighed_robots
+                .iter()
+                .any(|base| base.morphology == suspect.morphology && base.lost_links == *lost_links)
         };
-        let mut states: Vec<State> = alike(&likeliest.base.morphology)
+        let states: Vec<State> = alike(&likeliest.base.morphology)
             .into_iter()
             .flat_map(|morphology| states_of(self.suspect(morphology)))
-            .filter(|state| state.0.ln_prior.is_finite())
+            .filter(|state| state.0.ln_prior.is_finite() && !is_weighed(state))
             .collect();
-        states.retain(|state| !is_weighed(state));
         self.progress.expect_more(states.len());
         let promises = states.into_par_iter().filter_map(|state| {
             let ln_promise = self.ln_promise_with_effects_of(likeliest, &state);
@@ -52,7 +52,7 @@ impl<'a> Search<'a, '_> {
             likeliest.base.lost_links,
         );
         let own = self.ln_promise_with_effects_of(likeliest, &own);
-        let least = own.unwrap_or(f64::NEG_INFINITY) - IN_QUESTION * self.of_means.power();
+        let least = own.unwrap_or(f64::NEG_INFINITY) - self.in_question();
         if let Some((ln_promise, state)) = best
             && ln_promise > least
         {
@@ -111,7 +111,7 @@ impl<'a> Search<'a, '_> {
 fn alike(robot: &Morphology) -> Vec<Morphology> {
     let damaged = robot.damaged_legs();
     let with_other_leg = |leg: usize| match damaged.contains(&(leg + 1)) {
-        true => robot.clone().with_remaining(leg, robot.links(leg)),
+        true => with_leg_restored(robot, leg),
         false => robot.clone().without_leg(leg),
     };
     (0..robot.legs()).map(with_other_leg).collect()

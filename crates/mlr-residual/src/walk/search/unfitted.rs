@@ -32,17 +32,17 @@ impl<'a> Search<'a, '_> {
         fitted: &[Judged<'a>],
     ) -> Vec<Unfitted<'a>> {
         let mut unfitted: Vec<Unfitted<'a>> = Vec::new();
-        let extended = ranked.iter().filter(|one| {
-            (1..self.effort.most_effects).contains(&one.walker.hypothesis.effects.len())
-        });
-        let bare = ranked.iter().filter(|one| one.walker.hypothesis.is_bare());
+        let extended = ranked
+            .iter()
+            .filter(|one| (1..self.effort.most_effects).contains(&one.hypothesis().effects.len()));
+        let bare = ranked.iter().filter(|one| one.hypothesis().is_bare());
         for judged in bare.chain(extended.take(self.effort.extended)) {
             let on = screened
                 .iter()
                 .find(|on| Arc::ptr_eq(&on.base, &judged.base) && on.base.only_leg.is_none());
             let of_whole = fitted.iter().filter(|one| {
-                let hypothesis = &one.walker.hypothesis;
-                hypothesis.is_same(&judged.walker.hypothesis)
+                let hypothesis = one.hypothesis();
+                hypothesis.is_same(judged.hypothesis())
             });
             let ln_whole = of_whole.map(|one| one.ln_weight).max_by(f64::total_cmp);
             if let (Some(on), Some(ln_whole)) = (on, ln_whole) {
@@ -67,7 +67,7 @@ impl<'a> Search<'a, '_> {
             &fit.walked.z,
             &fit.jacobian,
         );
-        let known = &judged.walker.hypothesis.effects;
+        let known = &judged.hypothesis().effects;
         let prior_without = self.ln_prior(base.ln_prior, &judged.walker);
         let simulated = Simulated::new(fit, &base.whitening);
         let with = |start: &Start| -> Unfitted<'a> {

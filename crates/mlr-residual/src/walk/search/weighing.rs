@@ -23,7 +23,7 @@ const DRAWS_AT_FIRST: usize = 48;
 /// Robots that are so far behind the likeliest one in the logarithm of the likelihood are in question still, its power
 /// being how much of that counts: weighed again on equal terms, robots of one log have changed by up to 45 beside each
 /// other.
-pub(super) const IN_QUESTION: f64 = 50.0;
+const IN_QUESTION: f64 = 50.0;
 /// Hypotheses on each of these that are weighed again.
 const ON_EACH: usize = 4;
 
@@ -132,13 +132,18 @@ impl<'a> Search<'a, '_> {
         self.weigh_on(robot, on_one_robot, compared_with, DRAWS_AT_FIRST);
     }
 
+    /// Robots whose logarithm of the weight is less far behind the likeliest one's are in question.
+    pub(super) fn in_question(&self) -> f64 {
+        IN_QUESTION * self.of_means.power()
+    }
+
     /// Weighs the robots that are in question, if there are several, again, by as many walks each, about the parameters that
     /// were found.
     ///
     /// What was looked at longer has more walks, and nearer to where they matter: it seems likelier for that alone.
     pub(super) fn on_equal_terms(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
         let best = weighed.robots.iter().map(OnRobot::ln_promise);
-        let least = best.fold(f64::NEG_INFINITY, f64::max) - IN_QUESTION * self.of_means.power();
+        let least = best.fold(f64::NEG_INFINITY, f64::max) - self.in_question();
         let robots = weighed.robots.iter_mut();
         let in_question: Vec<&mut OnRobot<'a>> =
             robots.filter(|robot| robot.ln_promise() > least).collect();

@@ -23,7 +23,7 @@ const STEPS: usize = 2;
 impl<'a> Search<'a, '_> {
     /// The likeliest of these, and effects of the sensor beside them, fitted over the whole stretch.
     pub(super) fn over_the_whole_stretch(&self, ranked: &[Judged<'a>]) -> Vec<Judged<'a>> {
-        let is_bare = |judged: &&Judged<'a>| judged.walker.hypothesis.is_bare();
+        let is_bare = |judged: &&Judged<'a>| judged.hypothesis().is_bare();
         let bare = kept_bare(ranked.iter().map(Judged::hypothesis))
             .into_iter()
             .map(|k| &ranked[k]);
@@ -57,8 +57,8 @@ impl<'a> Search<'a, '_> {
             .into_par_iter()
             .filter_map(|judged| {
                 let base = of(&judged.base)?;
-                let walker = base.with(judged.walker.hypothesis.effects.clone());
-                if judged.walker.hypothesis.is_bare() {
+                let walker = base.with(judged.hypothesis().effects.clone());
+                if judged.hypothesis().is_bare() {
                     let fit = base.fit(&walker);
                     self.progress.advance();
                     return Some(self.judge(base, walker, fit));
@@ -91,9 +91,7 @@ impl<'a> Search<'a, '_> {
         }
         let mut ranked = self.each(running, |one| Some(self.advanced(one)));
         sort_judged(&mut ranked);
-        let best = ranked
-            .iter()
-            .find(|judged| !judged.walker.hypothesis.is_bare());
+        let best = ranked.iter().find(|judged| !judged.hypothesis().is_bare());
         let with_fewer = best.map(|best| self.with_fewer_effects(best));
         ranked.extend(with_fewer.into_iter().flatten());
         ranked
