@@ -309,11 +309,14 @@ def main():
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--count", type=int, required=True)
     parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--first", type=int, default=0, help="draw from this log on, and add them to those that are there")
     parser.add_argument("--without-effects", action="store_true", help="the same robots with nothing wrong but lost links")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     truths, began = {}, time.monotonic()
-    for index in range(args.count):
+    if args.first > 0:
+        truths = json.loads((args.output / "truth.json").read_text())
+    for index in range(args.first, args.count):
         rng = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
         with effects.none() if args.without_effects else contextlib.nullcontext():
             intact, plant, found = SETS[args.set](rng, index)
@@ -326,7 +329,7 @@ def main():
         if found and args.set in ("effects", "gears"):
             truths[name]["trace"] = trace(args, index, walk, before)
         (args.output / "truth.json").write_text(json.dumps(truths, indent=1) + "\n")
-    print(f"{args.count} logs in {time.monotonic() - began:.1f} s")
+    print(f"{args.count - args.first} logs in {time.monotonic() - began:.1f} s")
 
 
 if __name__ == "__main__":
