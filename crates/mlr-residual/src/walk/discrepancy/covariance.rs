@@ -20,6 +20,8 @@ pub(crate) struct Correlations {
     turned_dps: f64,
     /// For roll and pitch, and for yaw.
     axes: [AxisCorrelations; 2],
+    /// Of something unknown that is irregular, on any axis.
+    irregular_of_unknown: DMatrix<f64>,
 }
 
 #[derive(Debug, Clone)]
@@ -31,8 +33,6 @@ struct AxisCorrelations {
     walking: DMatrix<f64>,
     periodic: DMatrix<f64>,
     irregular: DMatrix<f64>,
-    /// Of something unknown that is irregular.
-    irregular_of_unknown: DMatrix<f64>,
 }
 
 impl Correlations {
@@ -50,6 +50,7 @@ impl Correlations {
             swing_deg: [record.swing_deg(), record.yaw_swing_deg()],
             turned_dps: record.turned_dps(),
             axes: [of(false), of(true)],
+            irregular_of_unknown: irregular_of_unknown(record, indices, period_s),
         }
     }
 
@@ -120,7 +121,7 @@ impl Correlations {
             _ => (&self.axes[0], &self.axes[0].walking),
         };
         let each = deviation_deg * deviation_deg / 3.0;
-        Some(each * (lasting + &parts.periodic + &parts.irregular_of_unknown))
+        Some(each * (lasting + &parts.periodic + &self.irregular_of_unknown))
     }
 }
 
@@ -140,11 +141,8 @@ impl AxisCorrelations {
         let n = indices.len();
         let times_s: Vec<f64> = indices.iter().map(|k| record.times_s()[*k]).collect();
         let first_s = record.times_s().first().copied().unwrap_or(0.0);
-        let walked_s: Vec<f64> = times_s.iter().map(|t| t - record.start_s()).collect();
-        let both_walk = |a: usize, b: usize| walked_s[a] > 0.0 && walked_s[b] > 0.0;
-        let of_walk = |value: &dyn Fn(usize, usize) -> f64| {
-            DMatrix::from_fn(n, n, |a, b| if both_walk(a, b) { value(a, b) } else { 0.0 })
-        };
+        let walked_s = walked_s(record, indices);
+        let of_walk = |value: &dyn Fn(usize, usize) -> f64| while_walking(&walked_s, value);
         let shares = of_axis.harmonic_shares();
         let periodic = |a: usize, b: usize| {
             let lag_s = walked_s[a] - walked_s[b];
@@ -157,11 +155,6 @@ impl AxisCorrelations {
             kept * shape
         };
         let irregular = |a: usize, b: usize| matern(walked_s[a] - walked_s[b], of_axis.irregular_s);
-        let irregular_of_unknown = |a: usize, b: usize| {
-            let lag_s = walked_s[a] - walked_s[b];
-            let each = UNKNOWN_TIME_OCTAVES.map(|k| matern(lag_s, period_s * f64::from(k).exp2()));
-            each.sum::<f64>() / UNKNOWN_TIME_OCTAVES.count() as f64
-        };
         let always = DMatrix::from_fn(n, n, |a, b| {
             let noise_s = times_s[a].min(times_s[b]) - first_s;
             let noise = GYROSCOPE_DEG_PER_SQRT_S.powi(2) * noise_s;
@@ -180,9 +173,32 @@ impl AxisCorrelations {
             walking: of_walk(&|_, _| 1.0),
             periodic: of_walk(&periodic),
             irregular: of_walk(&irregular),
-            irregular_of_unknown: of_walk(&irregular_of_unknown),
         }
     }
+}
+
+/// Time of each of these samples since the start of the walk.
+fn walked_s(record: &WalkRecord, indices: &[usize]) -> Vec<f64> {
+    let times_s = indices.iter().map(|k| record.times_s()[*k]);
+    times_s.map(|time_s| time_s - record.start_s()).collect()
+}
+
+/// A correlation of samples that both are of the walk.
+fn while_walking(walked_s: &[f64], value: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+    let both_walk = |a: usize, b: usize| walked_s[a] > 0.0 && walked_s[b] > 0.0;
+    DMatrix::from_fn(walked_s.len(), walked_s.len(), |a, b| {
+        if both_walk(a, b) { value(a, b) } else { 0.0 }
+    })
+}
+
+/// The correlation of something unknown that is as fast as it likes: equal parts of all [`UNKNOWN_TIME_OCTAVES`].
+fn irregular_of_unknown(record: &WalkRecord, indices: &[usize], period_s: f64) -> DMatrix<f64> {
+    let walked_s = walked_s(record, indices);
+    while_walking(&walked_s, |a, b| {
+        let lag_s = walked_s[a] - walked_s[b];
+        let each = UNKNOWN_TIME_OCTAVES.map(|k| matern(lag_s, period_s * f64::from(k).exp2()));
+        each.sum::<f64>() / UNKNOWN_TIME_OCTAVES.count() as f64
+    })
 }
 
 /// Matérn's correlation of order 3/2, of what is continuous with its slope.

@@ -56,7 +56,9 @@ impl<'a> Search<'a, '_> {
         if let Some((ln_promise, state)) = best
             && ln_promise > least
         {
+            self.progress.expect_more(1);
             let with = self.fitted_with_effects_of(likeliest, &state);
+            self.progress.advance();
             self.weigh_too(&mut weighed, with, &[]);
         }
         weighed
