@@ -18,7 +18,10 @@ use super::{
     search::{Beforehand, Search, base::Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
-use crate::{Posterior, Progress};
+use crate::{
+    Posterior, Progress,
+    walk_effects::{LIBRARY, WalkEffect},
+};
 
 /// Share of the probability that rivals hold together with the answer.
 const CREDIBLE: f64 = 0.9;
@@ -62,10 +65,6 @@ pub fn explain_walk(
         nuisance: &nuisance,
         nominal,
     };
-    let kinds = crate::walk_effects::LIBRARY
-        .iter()
-        .filter(|effect| record.start_is_told() || !effect.is_a_delay())
-        .count();
     let search = Search {
         setting: of(&observation),
         beginning: of(&beginning),
@@ -73,7 +72,7 @@ pub fn explain_walk(
         beginning_of_means: &beginning_of_means,
         prior: settings.prior,
         effort: settings.effort,
-        kinds,
+        kinds: LIBRARY.len(),
         progress,
         known,
         generator,
@@ -295,7 +294,10 @@ impl<'a> Answer<'a, '_> {
         for (outcome, _) in self.posterior.ranked() {
             for (index, placed) in outcome.walker.hypothesis.effects.iter().enumerate() {
                 let kind = placed.effect.kind();
-                if own.contains(&kind) || candidates.iter().any(|known| known.kind == kind) {
+                if own.contains(&kind)
+                    || candidates.iter().any(|known| known.kind == kind)
+                    || self.is_hidden(placed.effect)
+                {
                     continue;
                 }
                 let probability = self.probability_of_kind(kind);
@@ -304,24 +306,31 @@ impl<'a> Answer<'a, '_> {
                     kind: kind.into(),
                     parameters: self.report(outcome, index),
                     validation_deg: errors.map(|(errors, _)| errors.validation_deg),
-                    probability: Some(probability),
+                    probability,
                     verdict: format!("{:.1} % probable", 100.0 * probability),
                 });
             }
         }
-        if !self.record.start_is_told() {
-            let kinds = crate::walk_effects::LIBRARY.iter();
-            candidates.extend(kinds.filter(|effect| effect.is_a_delay()).map(|effect| {
-                WalkCandidate {
-                    kind: effect.kind().into(),
-                    parameters: BTreeMap::new(),
-                    validation_deg: None,
-                    probability: None,
-                    verdict: "not tried: the log does not tell when the walk was commanded".into(),
-                }
-            }));
-        }
+        let hidden = LIBRARY.iter().filter(|effect| self.is_hidden(**effect));
+        candidates.extend(hidden.map(|effect| {
+            let probability = self.probability_of_kind(effect.kind());
+            WalkCandidate {
+                kind: effect.kind().into(),
+                parameters: BTreeMap::new(),
+                validation_deg: None,
+                probability,
+                verdict: format!(
+                    "{:.1} % probable, by the prior: the log does not tell when the walk was commanded",
+                    100.0 * probability
+                ),
+            }
+        }));
         candidates
+    }
+
+    /// Whether the record does not show such an effect, however large it is.
+    fn is_hidden(&self, effect: &dyn WalkEffect) -> bool {
+        effect.is_a_delay() && !self.record.start_is_told()
     }
 
     fn nuisance(&self, best: &Outcome<'a>) -> BTreeMap<String, f64> {

@@ -207,12 +207,12 @@ pub struct Rival {
 pub struct WalkCandidate {
     /// Name of the effect.
     pub kind: String,
-    /// Its parameters as fitted; empty where it was not tried.
+    /// Its parameters as fitted; empty where the record does not show it.
     pub parameters: BTreeMap<String, Reported>,
     /// Error on the unseen stretch with it.
     pub validation_deg: Option<f64>,
     /// Probability of its kind to be in the robot.
-    pub probability: Option<f64>,
+    pub probability: f64,
     /// What was decided.
     pub verdict: String,
 }

@@ -6,7 +6,13 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{Judged, Search, extrapolation::Simulated, proposals::Screened, screening::Start};
-use crate::walk::{evidence::ln_evidence, hypothesis::Walker};
+use crate::{
+    walk::{
+        evidence::ln_evidence,
+        hypothesis::{Placement, Walker},
+    },
+    walk_effects::LIBRARY,
+};
 
 /// A hypothesis that is weighed by its linear model.
 #[derive(Debug, Clone)]
@@ -45,12 +51,44 @@ impl<'a> Search<'a, '_> {
                 hypothesis.is_same(judged.hypothesis())
             });
             let ln_whole = of_whole.map(|one| one.ln_weight).max_by(f64::total_cmp);
-            if let (Some(on), Some(ln_whole)) = (on, ln_whole) {
+            let Some(ln_whole) = ln_whole else { continue };
+            if let Some(on) = on {
                 unfitted.extend(self.beside(on, judged, ln_whole));
             }
+            unfitted.extend(self.hidden_beside(judged, ln_whole));
         }
         unfitted.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
         unfitted
+    }
+
+    /// A hypothesis with each effect that this record hides: one that shifts the whole walk, where it is not told when
+    /// that was commanded. It is as probable as it was before.
+    fn hidden_beside(&self, judged: &Judged<'a>, ln_weight_without: f64) -> Vec<Unfitted<'a>> {
+        if self.setting.observation.record.start_is_told() {
+            return Vec::new();
+        }
+        let base = &judged.base;
+        let (robot, morphology) = (&self.setting.nominal.robot, &base.morphology);
+        let delays = LIBRARY.iter().filter(|effect| effect.is_a_delay());
+        let placements = delays.flat_map(|effect| {
+            let places = effect.places(robot, morphology).into_iter();
+            places.map(|place| Placement {
+                effect: *effect,
+                place,
+            })
+        });
+        let prior_without = self.ln_prior(base.ln_prior, &judged.walker);
+        let with = |placement: Placement| {
+            let walker = base.with_added(&judged.walker, placement);
+            let ln_prior = self.ln_prior(base.ln_prior, &walker) - prior_without;
+            let coordinates = judged.fit.walked.z.clone();
+            Unfitted {
+                coordinates: coordinates.resize_vertically(walker.dimension(), 0.0),
+                walker,
+                ln_weight: ln_weight_without + ln_prior,
+            }
+        };
+        placements.map(with).collect()
     }
 
     fn beside(
@@ -87,5 +125,58 @@ impl<'a> Search<'a, '_> {
             .filter(|start| !known.contains(&start.placement))
             .map(with)
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mlr_filter::{Axes, OrientationSeries};
+    use mlr_model::{Gait, LostLinks, Morphology, Robot, SimulationSettings};
+
+    use super::*;
+    use crate::walk::{
+        WalkModel, WalkRecord,
+        search::{base::Base, tests::with_search},
+    };
+
+    /// What the effects beside a robot without any have for weights, in units of that of the robot, where the record
+    /// tells when the walk was commanded, or does not.
+    fn hidden_beside_none(start_is_told: bool) -> Vec<(&'static str, f64)> {
+        let times_s: Vec<f64> = (0..420).map(|i| f64::from(i) * 0.01).collect();
+        let level = Axes::from_fn(|_| vec![0.0; times_s.len()]);
+        let recording = OrientationSeries::new(times_s, level).unwrap();
+        let record = WalkRecord::new(&recording, 1.0, start_is_told, 1.0, None).unwrap();
+        let robot = Robot::jethexa();
+        let healthy = Morphology::healthy(&robot.layout());
+        let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
+        with_search(&record, &nominal, |search| {
+            let base = Base::new(search.setting, &healthy, LostLinks::Absent, 0.0, None);
+            let base = Arc::new(base.unwrap());
+            let walker = base.with(Vec::new());
+            let fit = base.fit(&walker);
+            let bare = [search.judge(&base, walker, fit)];
+            let hidden = search.unfitted(&[], &bare, &bare).into_iter().map(|one| {
+                let kind = one.walker.hypothesis.effects[0].effect.kind();
+                (kind, (one.ln_weight - bare[0].ln_weight).exp())
+            });
+            hidden.collect()
+        })
+    }
+
+    #[test]
+    fn a_delay_that_no_record_shows_is_as_probable_as_it_was() {
+        let found = hidden_beside_none(false);
+        let kinds: Vec<&str> = found.iter().map(|(kind, _)| *kind).collect();
+        assert!(
+            kinds.contains(&"servo_lag") && kinds.contains(&"sensor_delay"),
+            "{kinds:?}"
+        );
+        // As probable as not that there is an effect, with 0.85 the only one, one of 10 kinds; bounds cut off a
+        // twentieth of its prior.
+        for (kind, share) in found {
+            assert!((share / 0.085 - 1.0).abs() < 0.06, "{kind} {share}");
+        }
+        // The control: where it would show, it is not taken for granted.
+        assert!(hidden_beside_none(true).is_empty());
     }
 }
