@@ -53,7 +53,9 @@ impl WalkEffect for StuckJoint {
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        [-0.5, -0.2, 0.2, 0.5].map(|rad| vec![rad]).into()
+        // A fit of other effects may begin where they are absent. A joint that moves has no value here: the most probable
+        // one is a start of its own.
+        [-0.5, -0.2, 0.0, 0.2, 0.5].map(|rad| vec![rad]).into()
     }
 
     fn apply(&self, place: Place, values: &[f64], model: &mut WalkModel) {

@@ -50,6 +50,24 @@ fn fits_start_within_the_bounds_with_a_value_for_each_parameter() {
     }
 }
 
+/// A line through two starts leads to what lies between them, and one through a start and the value where an effect is
+/// absent to what is small.
+#[test]
+fn an_effect_that_no_value_makes_absent_starts_where_its_prior_is_highest() {
+    let (model, walks) = (described(), Walks::lasting(3.0));
+    for (effect, place) in everywhere() {
+        let parameters = effect.parameters(place, &model);
+        let [parameter] = &parameters[..] else {
+            continue;
+        };
+        let Prior::Normal { mean, .. } = parameter.prior;
+        if parameter.neutral.is_none() {
+            let starts = effect.starts(place, &model, &walks.record);
+            assert!(starts.contains(&vec![mean]), "{} {place:?}", effect.kind());
+        }
+    }
+}
+
 #[test]
 fn kinds_are_told_apart_by_their_names() {
     let mut kinds: Vec<&str> = LIBRARY.iter().map(|effect| effect.kind()).collect();
