@@ -314,8 +314,9 @@ def main():
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     truths, began = {}, time.monotonic()
-    if args.first > 0:
-        truths = json.loads((args.output / "truth.json").read_text())
+    known = args.output / "truth.json"
+    if args.first > 0 and known.exists():
+        truths = json.loads(known.read_text())
     for index in range(args.first, args.count):
         rng = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
         with effects.none() if args.without_effects else contextlib.nullcontext():
@@ -328,7 +329,7 @@ def main():
         truths[name] = truth(intact, plant, found, walk)
         if found and args.set in ("effects", "gears"):
             truths[name]["trace"] = trace(args, index, walk, before)
-        (args.output / "truth.json").write_text(json.dumps(truths, indent=1) + "\n")
+        known.write_text(json.dumps(truths, indent=1) + "\n")
     print(f"{args.count - args.first} logs in {time.monotonic() - began:.1f} s")
 
 

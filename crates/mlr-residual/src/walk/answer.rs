@@ -18,10 +18,7 @@ use super::{
     search::{Beforehand, Search, base::Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
-use crate::{
-    Posterior, Progress,
-    walk_effects::{LIBRARY, WalkEffect},
-};
+use crate::{Posterior, Progress, walk_effects::LIBRARY};
 
 /// Share of the probability that rivals hold together with the answer.
 const CREDIBLE: f64 = 0.9;
@@ -296,7 +293,7 @@ impl<'a> Answer<'a, '_> {
                 let kind = placed.effect.kind();
                 if own.contains(&kind)
                     || candidates.iter().any(|known| known.kind == kind)
-                    || self.is_hidden(placed.effect)
+                    || self.record.hides(placed.effect)
                 {
                     continue;
                 }
@@ -311,7 +308,7 @@ impl<'a> Answer<'a, '_> {
                 });
             }
         }
-        let hidden = LIBRARY.iter().filter(|effect| self.is_hidden(**effect));
+        let hidden = LIBRARY.iter().filter(|effect| self.record.hides(**effect));
         candidates.extend(hidden.map(|effect| {
             let probability = self.probability_of_kind(effect.kind());
             WalkCandidate {
@@ -326,11 +323,6 @@ impl<'a> Answer<'a, '_> {
             }
         }));
         candidates
-    }
-
-    /// Whether the record does not show such an effect, however large it is.
-    fn is_hidden(&self, effect: &dyn WalkEffect) -> bool {
-        effect.is_a_delay() && !self.record.start_is_told()
     }
 
     fn nuisance(&self, best: &Outcome<'a>) -> BTreeMap<String, f64> {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use mlr_filter::{Axes, MovingMean, OrientationSeries};
 
 use super::WalkError;
+use crate::walk_effects::WalkEffect;
 
 /// Roll, pitch and yaw of a standing and then walking robot at an even rate, divided
 /// into the stretch that hypotheses are weighed by and one that nothing sees.
@@ -160,6 +161,12 @@ impl WalkRecord {
     /// Whether that is when it was commanded to.
     pub fn start_is_told(&self) -> bool {
         self.start_is_told
+    }
+
+    /// Whether it does not show such an effect, however large it is: one that shifts the whole walk, where it is not
+    /// told when that was commanded.
+    pub(crate) fn hides(&self, effect: &dyn WalkEffect) -> bool {
+        effect.is_a_delay() && !self.start_is_told
     }
 
     /// The samples at which the robot stands; none where the log does not show it.

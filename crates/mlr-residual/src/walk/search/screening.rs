@@ -8,7 +8,7 @@ use super::base::{Base, Setting};
 use crate::{
     Progress,
     walk::hypothesis::{Placement, Walked, Walker},
-    walk_effects::LIBRARY,
+    walk_effects::{LIBRARY, WalkEffect},
 };
 
 /// An effect at a place from where a fit of it may start, and what it adds to the walk of the robot that it was
@@ -65,19 +65,22 @@ pub(super) fn placements(
     only_leg: Option<usize>,
 ) -> Vec<Placement> {
     let record = setting.observation.record;
-    let mut placements: Vec<Placement> = Vec::new();
-    for effect in LIBRARY.iter().copied() {
-        if effect.is_a_delay() && !record.start_is_told() {
-            continue;
-        }
-        let robot = &setting.nominal.robot;
-        for place in effect.places(robot, morphology) {
-            if only_leg.is_none_or(|leg| place.leg() == leg) {
-                placements.push(Placement { effect, place });
-            }
-        }
-    }
+    let mut placements = everywhere(setting, morphology);
+    placements.retain(|placed| {
+        !record.hides(placed.effect) && only_leg.is_none_or(|leg| placed.place.leg() == leg)
+    });
     placements
+}
+
+/// Every effect of the library wherever it may be on such a robot.
+pub(super) fn everywhere(setting: Setting<'_>, morphology: &Morphology) -> Vec<Placement> {
+    let robot = &setting.nominal.robot;
+    let on_it = |effect: &&'static dyn WalkEffect| {
+        let effect = *effect;
+        let places = effect.places(robot, morphology).into_iter();
+        places.map(move |place| Placement { effect, place })
+    };
+    LIBRARY.iter().flat_map(on_it).collect()
 }
 
 /// A point where the prediction is known.

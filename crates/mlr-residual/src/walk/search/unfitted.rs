@@ -5,13 +5,15 @@ use std::sync::Arc;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::{Judged, Search, extrapolation::Simulated, proposals::Screened, screening::Start};
-use crate::{
-    walk::{
-        evidence::ln_evidence,
-        hypothesis::{Placement, Walker},
-    },
-    walk_effects::LIBRARY,
+use super::{
+    Judged, Search,
+    extrapolation::Simulated,
+    proposals::Screened,
+    screening::{Start, everywhere},
+};
+use crate::walk::{
+    evidence::ln_evidence,
+    hypothesis::{Placement, Walker},
 };
 
 /// A hypothesis that is weighed by its linear model.
@@ -61,22 +63,12 @@ impl<'a> Search<'a, '_> {
         unfitted
     }
 
-    /// A hypothesis with each effect that this record hides: one that shifts the whole walk, where it is not told when
-    /// that was commanded. It is as probable as it was before.
+    /// A hypothesis with each effect that this record hides. It is as probable as it was before.
     fn hidden_beside(&self, judged: &Judged<'a>, ln_weight_without: f64) -> Vec<Unfitted<'a>> {
-        if self.setting.observation.record.start_is_told() {
-            return Vec::new();
-        }
         let base = &judged.base;
-        let (robot, morphology) = (&self.setting.nominal.robot, &base.morphology);
-        let delays = LIBRARY.iter().filter(|effect| effect.is_a_delay());
-        let placements = delays.flat_map(|effect| {
-            let places = effect.places(robot, morphology).into_iter();
-            places.map(|place| Placement {
-                effect: *effect,
-                place,
-            })
-        });
+        let record = self.setting.observation.record;
+        let everywhere = everywhere(self.setting, &base.morphology).into_iter();
+        let hidden = everywhere.filter(|placed| record.hides(placed.effect));
         let prior_without = self.ln_prior(base.ln_prior, &judged.walker);
         let with = |placement: Placement| {
             let walker = base.with_added(&judged.walker, placement);
@@ -88,7 +80,7 @@ impl<'a> Search<'a, '_> {
                 ln_weight: ln_weight_without + ln_prior,
             }
         };
-        placements.map(with).collect()
+        hidden.map(with).collect()
     }
 
     fn beside(
