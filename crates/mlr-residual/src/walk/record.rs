@@ -299,10 +299,15 @@ pub(crate) mod tests {
 
     /// A robot that was commanded to walk after a second, and is level all the time.
     pub(crate) fn level_record() -> WalkRecord {
+        level_record_where(true)
+    }
+
+    /// The same where the start of the walk is that of the command, or when it was seen.
+    pub(crate) fn level_record_where(start_is_told: bool) -> WalkRecord {
         let times_s: Vec<f64> = (0..420).map(|i| f64::from(i) * 0.01).collect();
         let level = Axes::from_fn(|_| vec![0.0; times_s.len()]);
         let recording = OrientationSeries::new(times_s, level).unwrap();
-        WalkRecord::new(&recording, 1.0, true, 1.0, None).unwrap()
+        WalkRecord::new(&recording, 1.0, start_is_told, 1.0, None).unwrap()
     }
 
     fn recording(duration_s: f64) -> OrientationSeries {

@@ -53,8 +53,8 @@ impl WalkEffect for StuckJoint {
     }
 
     fn starts(&self, _: Place, _: &WalkModel, _: &WalkRecord) -> Vec<Vec<f64>> {
-        // A fit of other effects may begin where they are absent. A joint that moves has no value here: the most probable
-        // one is a start of its own.
+        // Fits of other effects also begin where these are absent. No value makes a stuck joint move, so its prior's mode
+        // is one of the starts.
         [-0.5, -0.2, 0.0, 0.2, 0.5].map(|rad| vec![rad]).into()
     }
 

@@ -47,15 +47,16 @@ impl<'a> Search<'a, '_> {
             Some((ln_promise?, state))
         });
         let best = promises.max_by(|(a, _), (b, _)| a.total_cmp(b));
+        let Some((ln_promise, state)) = best else {
+            return weighed;
+        };
         let own = (
             self.suspect(likeliest.base.morphology.clone()),
             likeliest.base.lost_links,
         );
         let own = self.ln_promise_with_effects_of(likeliest, &own);
         let least = own.unwrap_or(f64::NEG_INFINITY) - self.in_question();
-        if let Some((ln_promise, state)) = best
-            && ln_promise > least
-        {
+        if ln_promise > least {
             self.progress.expect_more(1);
             let with = self.fitted_with_effects_of(likeliest, &state);
             self.progress.advance();

@@ -65,14 +65,11 @@ impl<'a> Search<'a, '_> {
 
     /// A hypothesis with each effect that this record hides. It is as probable as it was before.
     fn hidden_beside(&self, judged: &Judged<'a>, ln_weight_without: f64) -> Vec<Unfitted<'a>> {
-        let base = &judged.base;
         let record = self.setting.observation.record;
-        let everywhere = everywhere(self.setting, &base.morphology).into_iter();
+        let everywhere = everywhere(self.setting, &judged.base.morphology).into_iter();
         let hidden = everywhere.filter(|placed| record.hides(placed.effect));
-        let prior_without = self.ln_prior(base.ln_prior, &judged.walker);
         let with = |placement: Placement| {
-            let walker = base.with_added(&judged.walker, placement);
-            let ln_prior = self.ln_prior(base.ln_prior, &walker) - prior_without;
+            let (walker, ln_prior) = self.with_one_more(judged, placement);
             let coordinates = judged.fit.walked.z.clone();
             Unfitted {
                 coordinates: coordinates.resize_vertically(walker.dimension(), 0.0),
@@ -81,6 +78,14 @@ impl<'a> Search<'a, '_> {
             }
         };
         hidden.map(with).collect()
+    }
+
+    /// A hypothesis with one effect more, and the logarithm of its prior probability over that of the one without.
+    fn with_one_more(&self, judged: &Judged<'a>, added: Placement) -> (Walker<'a>, f64) {
+        let ln_prior = |walker: &Walker<'a>| self.ln_prior(judged.base.ln_prior, walker);
+        let walker = judged.base.with_added(&judged.walker, added);
+        let ln_ratio = ln_prior(&walker) - ln_prior(&judged.walker);
+        (walker, ln_ratio)
     }
 
     fn beside(
@@ -98,14 +103,12 @@ impl<'a> Search<'a, '_> {
             &fit.jacobian,
         );
         let known = &judged.hypothesis().effects;
-        let prior_without = self.ln_prior(base.ln_prior, &judged.walker);
         let simulated = Simulated::new(fit, &base.whitening);
         let with = |start: &Start| -> Unfitted<'a> {
-            let walker = base.with_added(&judged.walker, start.placement);
+            let (walker, ln_prior) = self.with_one_more(judged, start.placement);
             let linear = simulated.with(&[start], &walker, false);
             let (ln_with, mut coordinates) = linear.ln_evidence(&base.whitening);
             walker.clamp(&mut coordinates);
-            let ln_prior = self.ln_prior(base.ln_prior, &walker) - prior_without;
             Unfitted {
                 walker,
                 coordinates,
@@ -122,22 +125,19 @@ impl<'a> Search<'a, '_> {
 
 #[cfg(test)]
 mod tests {
-    use mlr_filter::{Axes, OrientationSeries};
     use mlr_model::{Gait, LostLinks, Morphology, Robot, SimulationSettings};
 
     use super::*;
     use crate::walk::{
-        WalkModel, WalkRecord,
+        WalkModel,
+        record::tests::level_record_where,
         search::{base::Base, tests::with_search},
     };
 
     /// What the effects beside a robot without any have for weights, in units of that of the robot, where the record
     /// tells when the walk was commanded, or does not.
     fn hidden_beside_none(start_is_told: bool) -> Vec<(&'static str, f64)> {
-        let times_s: Vec<f64> = (0..420).map(|i| f64::from(i) * 0.01).collect();
-        let level = Axes::from_fn(|_| vec![0.0; times_s.len()]);
-        let recording = OrientationSeries::new(times_s, level).unwrap();
-        let record = WalkRecord::new(&recording, 1.0, start_is_told, 1.0, None).unwrap();
+        let record = level_record_where(start_is_told);
         let robot = Robot::jethexa();
         let healthy = Morphology::healthy(&robot.layout());
         let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
