@@ -232,11 +232,6 @@ def learned(pool, sweeps):
     return parameters(search(pool, sweeps, x, of_scale, False))
 
 
-# Chosen, not learned from these walks: with it, the intervals of 25 calibrated robots hold the plant's values (owned.py).
-PHYSICAL_POWER = 0.01
-ENGINE_BIAS = 1.2
-
-
 def trusted(p):
     """The same with parts of at least the size that another simulation leaves."""
     least = {f"{axis}.{part}.base_deg": LEAST["base_deg"] for axis in ("tilt", "yaw") for part in PARTS}
@@ -245,8 +240,7 @@ def trusted(p):
 
 
 def table(p, power):
-    lines = [f"# Learned by tools/plant/discrepancy.py from {len(walks)} walks of robots that are known.", f"power = {power}",
-             f"physical_power = {PHYSICAL_POWER}", f"engine_bias = {ENGINE_BIAS}"]
+    lines = [f"# Learned by tools/plant/discrepancy.py from {len(walks)} walks of robots that are known.", f"power = {power}"]
     lines += [f"largest_spread_deg = {p['all.largest_spread_deg']:.4g}", "rest_rate_dps = 0.03"]
     lines += ["", "[turning]"]
     lines += [f"{name} = {p[f'turning.{name}']:.4g}" for name in ("base_dps", "share", "spread_share")]

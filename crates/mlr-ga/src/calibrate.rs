@@ -174,6 +174,7 @@ pub fn calibrate(
             simulation,
             &explanation.nuisance,
         );
+        let generator = ChaCha8Rng::seed_from_u64(of_the_stretch.seed);
         if check {
             let found = identify(walk.recording, model, &of_the_stretch, &PartOf(progress));
             let found = found.map_err(|error| at(error.into()))?;
@@ -184,7 +185,6 @@ pub fn calibrate(
                 }));
             }
             let record = record(WalkRecord::LONGEST_WALK_S)?;
-            let generator = ChaCha8Rng::seed_from_u64(of_the_stretch.seed);
             check_undisturbed(&record, &nominal, explanation, &generator, progress).map_err(at)?;
         }
         // A walk goes on as it began; of a motion that ends, all is looked at.
@@ -192,8 +192,8 @@ pub fn calibrate(
             duration_s.min(WalkRecord::LONGEST_MOTION_S)
         });
         let record = record(looked_at_s.max(WalkRecord::LONGEST_WALK_S))?;
-        let fitted =
-            calibrate_walk(&record, &nominal, explanation, progress).map_err(|e| at(e.into()))?;
+        let fitted = calibrate_walk(&record, &nominal, explanation, &generator, progress);
+        let fitted = fitted.map_err(|error| at(error.into()))?;
         if let Some(error) = unusual(&fitted).filter(|_| check) {
             return Err(at(error));
         }

@@ -69,7 +69,7 @@ const MAY_BE_ZERO: &[&str] = &[
     "identification.detector.persistence_s",
     "identification.detector.lull_s",
     // The engine walks like the robot's own body.
-    "explanation.discrepancy.engine_bias",
+    "explanation.nuisance.engine_bias",
     // Every sensor is trusted; axes err independently of each other.
     "identification.plausibility.defective_sensor",
     "identification.plausibility.usual.correlation",

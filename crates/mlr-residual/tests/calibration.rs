@@ -47,7 +47,15 @@ fn recorded(robot: &Robot, friction: f64) -> WalkRecord {
 fn calibrated(known: &Robot, record: &WalkRecord) -> CalibratedRobot {
     let simulation = SimulationSettings::default();
     let nominal = WalkModel::nominal(known.clone(), Gait::tripod(), simulation);
-    calibrate_walk(record, &nominal, &EvidenceSettings::default(), &()).unwrap()
+    let generator = ChaCha8Rng::seed_from_u64(1);
+    calibrate_walk(
+        record,
+        &nominal,
+        &EvidenceSettings::default(),
+        &generator,
+        &(),
+    )
+    .unwrap()
 }
 
 /// Femurs 1 and 6 sit a degree off, the servos are softer, the sensor is tilted.

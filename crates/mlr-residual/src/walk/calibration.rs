@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use mlr_model::{Calibration, Gaussian, LostLinks, Morphology, Robot, RobotParameter};
+use mlr_model::{Calibration, Gaussian, LostLinks, Morphology, Robot, RobotParameter, Servo};
 use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
 
 use super::{
     EvidenceSettings, Nuisance, NuisancePrior, Observation, StretchErrors, WalkError, WalkModel,
     WalkRecord,
     evidence::Fit,
     hypothesis::Walker,
+    mean_walk::DRAWS,
     search::base::{Base, Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
@@ -33,16 +35,16 @@ pub struct CalibratedRobot {
     pub error_after: StretchErrors,
 }
 
-/// The steps of a calibration: on the first stretch and on all of the walk, to where the model's
-/// sensitivities settle, and from there on.
-const STEPS: usize = 4;
+/// The steps of a calibration: a single walk over the first stretch, then means of walks over it and over all of the walk.
+const STEPS: usize = 3;
 
 /// Fits the robot's own parameters to a walk in which it lacks nothing, and what belongs to the day
 /// with them. What is known of the robot already is the prior; several walks tell more one after the
 /// other.
 ///
-/// The first stretch of the walk is fitted for the errors on the rest; from there on, the whole walk is
-/// fitted for the answer.
+/// Where single walks are rough, the most probable of them have parameters that are not the robot's: the mean of walks,
+/// which `generator` draws, is fitted. The first stretch of the walk is fitted for the errors on the rest; from there
+/// on, the whole walk is fitted for the answer.
 ///
 /// # Errors
 /// [`WalkError`] when a setting makes no sense, or the walk cannot be simulated.
@@ -50,28 +52,43 @@ pub fn calibrate_walk(
     record: &WalkRecord,
     nominal: &WalkModel,
     settings: &EvidenceSettings,
+    generator: &ChaCha8Rng,
     progress: &dyn Progress,
 ) -> Result<CalibratedRobot, WalkError> {
     settings.check()?;
     progress.expect_more(STEPS);
-    let morphology = Morphology::healthy(&nominal.robot.layout());
-    let observation = Observation::new(record, &settings.discrepancy, nominal.gait.period_s);
+    let (morphology, gone) = (
+        Morphology::healthy(&nominal.robot.layout()),
+        LostLinks::Absent,
+    );
     let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
-    let setting = Setting {
-        observation: &observation,
+    let setting = |observation| Setting {
+        observation,
         nuisance: &nuisance,
         nominal,
     };
-    let base = Base::new(setting, &morphology, LostLinks::Absent, 0.0, None)
-        .and_then(|base| base.settled())
-        .ok_or(WalkError::Diverged)?;
+    let period_s = nominal.gait.period_s;
+    let [single, means] = [&settings.discrepancy, &settings.mean_discrepancy];
+    let first_stretch = [single, means].map(|of| Observation::new(record, of, period_s));
+    let whole = [single, means].map(|of| Observation::of_whole(record, of, period_s));
+
+    let base = Base::new(setting(&first_stretch[0]), &morphology, gone, 0.0, None);
+    let base = base.and_then(|base| base.settled());
+    let base = base.ok_or(WalkError::Diverged)?;
     progress.advance();
+    let mean = |base: &Base<'_>, of_means: &Observation<'_>| -> Result<Fit, WalkError> {
+        let walker = base.with(Vec::new());
+        let mut walks = base.mean_walks(of_means, generator);
+        walks.average([(&walker, &base.fit(&walker))], &[], DRAWS);
+        let fit = walks.fits().next().flatten().cloned();
+        progress.advance();
+        fit.ok_or(WalkError::Diverged)
+    };
+    let of_first_stretch = mean(&base, &first_stretch[1])?;
     let walker = base.with(Vec::new());
-    let fit = base.fit(&walker);
-    progress.advance();
     let mut described = walker.described(&[]);
     // Time has no zero: the start of the walk is part of the comparison.
-    described[0] = fit.walked.z[0];
+    described[0] = of_first_stretch.walked.z[0];
     let errors = |model: &WalkModel| -> Result<StretchErrors, WalkError> {
         let samples = record.times_s().len();
         let walked = model.walk(&morphology, record, samples)?;
@@ -80,23 +97,17 @@ pub fn calibrate_walk(
         Ok(stretch_errors(record, &residual_deg, Corrected::Heading).0)
     };
     let error_before = errors(&walker.model(&described))?;
-    let error_after = errors(&fit.walked.model)?;
-    let whole = Observation::of_whole(record, &settings.discrepancy, nominal.gait.period_s);
-    let setting = Setting {
-        observation: &whole,
-        ..setting
-    };
-    let found = base.reference.z.clone();
-    let base = base.continued(setting, found).ok_or(WalkError::Diverged)?;
-    progress.advance();
+    let error_after = errors(&of_first_stretch.walked.model)?;
+
+    let base = base.at_point(setting(&whole[0]), of_first_stretch.walked.z);
+    let base = base.ok_or(WalkError::Diverged)?;
+    let fit = mean(&base, &whole[1])?;
     let walker = base.with(Vec::new());
-    let fit = base.fit(&walker);
-    progress.advance();
     let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
     Ok(CalibratedRobot {
         robot: posterior.applied_to(&nominal.robot)?,
         day: posterior.day(),
-        tail_probability: tail_probability(&walker, &fit, settings.discrepancy.engine_bias),
+        tail_probability: tail_probability(&walker, &fit, settings.nuisance.engine_bias),
         error_before,
         error_after,
     })
@@ -136,13 +147,17 @@ impl Posterior {
             ),
             None => (fit.walked.z.clone(), fit.curvature.clone()),
         };
-        let discrepancy = &settings.discrepancy;
-        let share = discrepancy.physical_power / discrepancy.power;
         let before = prior.physical(&nuisances, record, walker.nominal());
-        let left = left_by_the_engine(&nuisances, discrepancy.engine_bias, &(share * &curvature));
-        let (slope, curvature) = (share * &left * slope, share * &left * curvature);
+        let left = left_by_the_engine(&nuisances, settings.nuisance.engine_bias, &curvature);
+        let (slope, curvature) = (&left * slope, &left * curvature);
+        let mut of_robot = effective.mean.clone();
+        for (deviation, nuisance) in of_robot.iter_mut().zip(&nuisances) {
+            if *nuisance == Nuisance::Damping {
+                *deviation += ln_added_damping(&fit.walked.model) / unit(nuisance);
+            }
+        }
         Self {
-            physical: updated(&before, &effective.mean, &slope, &curvature),
+            physical: updated(&before, &of_robot, &slope, &curvature),
             units: nuisances.iter().map(unit).collect(),
             nuisances,
             effective,
@@ -186,6 +201,18 @@ impl Posterior {
         let calibration = Calibration::new(&robot, parameters, covariance, physical)?;
         Ok(robot.with_calibration(calibration))
     }
+}
+
+/// By how much, in the logarithm, servos damp more in steps of the simulation than their description says: the spring
+/// k of a servo acts in a step Δt as if the joint had been where it ends for all of it, which damps by k Δt / 2 more.
+fn ln_added_damping(model: &WalkModel) -> f64 {
+    let Servo {
+        stiffness_nm_per_rad,
+        damping_nm_s_per_rad,
+        ..
+    } = model.servo;
+    let added = 0.5 * stiffness_nm_per_rad * model.simulation.time_step_s;
+    (added / damping_nm_s_per_rad).ln_1p()
 }
 
 /// Least share of the prior's variance that a walk must have taken from a combination of parameters

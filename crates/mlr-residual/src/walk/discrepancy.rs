@@ -37,13 +37,6 @@ pub struct Discrepancy {
     /// Dunson 2019, "Robust Bayesian inference via coarsening"). An explanation takes that of means for single walks,
     /// too.
     pub power: f64,
-    /// The same where it is asked what the robot's own parameters are, rather than with which ones
-    /// this model walks like it: what the engine gets wrong of one robot on every day passes for
-    /// parameters.
-    pub physical_power: f64,
-    /// How far off the body of a robot is that an engine makes walk like a given one, in standard
-    /// deviations of the make: more walks of one kind do not tell it.
-    pub engine_bias: f64,
 }
 
 /// Standard deviations of the parts of one axis.
@@ -165,8 +158,6 @@ impl Discrepancy {
         let spread_deg = self.largest_spread_deg;
         check("largest_spread_deg", spread_deg, 1e-3..=1e3, "degrees")?;
         check("power", self.power, 1e-3..=1.0, "")?;
-        check("physical_power", self.physical_power, 1e-6..=1.0, "")?;
-        check("engine_bias", self.engine_bias, 0.0..=100.0, "")?;
         check("rest_rate_dps", self.rest_rate_dps, 1e-6..=1e3, "°/s")
     }
 }

@@ -191,9 +191,7 @@ impl<'a> Ensemble<'a> {
         let walked = walker.walk(z.clone()).ok_or(WalkError::Diverged)?;
         let jacobian = walker.jacobian(&walked);
         let whitening = walker.whitening(&jacobian).ok_or(WalkError::Diverged)?;
-        let discrepancy = &self.settings.discrepancy;
-        let share = discrepancy.physical_power / discrepancy.power;
-        let precisions = whitening.usual_precisions().map(|power| share * power);
+        let precisions = whitening.usual_precisions();
         let mut curvature = curvature(&whitening, &whitening.apply(&jacobian), precisions);
         if let Some(unmixing) = walker.mixing().try_inverse() {
             curvature = unmixing.tr_mul(&curvature) * unmixing;
@@ -204,7 +202,7 @@ impl<'a> Ensemble<'a> {
             nuisances,
             before: before.covariance,
             curvature,
-            engine_bias: discrepancy.engine_bias,
+            engine_bias: self.settings.nuisance.engine_bias,
         })
     }
 

@@ -49,6 +49,9 @@ pub struct NuisanceSettings {
     pub center_of_mass_m: f64,
     /// Zero of every joint: a servo's horn trimmed by eye.
     pub joint_zero_rad: f64,
+    /// How far off the body of a robot is that an engine makes walk like a given one, in standard
+    /// deviations of the make: more walks of one kind do not tell it.
+    pub engine_bias: f64,
 }
 
 impl Default for NuisanceSettings {
@@ -71,6 +74,7 @@ impl Default for NuisanceSettings {
             ln_body_mass: 0.02,
             center_of_mass_m: 0.0025,
             joint_zero_rad: 0.015,
+            engine_bias: 0.7,
         }
     }
 }
@@ -122,6 +126,7 @@ impl NuisanceSettings {
             ("ln_body_mass", self.ln_body_mass, 5.0, ""),
             ("center_of_mass_m", self.center_of_mass_m, 1.0, "m"),
             ("joint_zero_rad", self.joint_zero_rad, 1.0, "rad"),
+            ("engine_bias", self.engine_bias, 100.0, ""),
         ] {
             SettingError::check(name, deviation, 0.0..=most, unit)?;
         }

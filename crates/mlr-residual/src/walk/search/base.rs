@@ -169,6 +169,12 @@ impl<'a> Base<'a> {
         })
     }
 
+    /// The same robot over another stretch, at these parameters.
+    pub(crate) fn at_point(&self, setting: Setting<'a>, z: DVector<f64>) -> Option<Self> {
+        let walker = setting.walker(self.with(Vec::new()).hypothesis);
+        Self::begun(&walker, setting, z, 0, self.ln_prior, self.only_leg)
+    }
+
     /// Its fit as that of the hypothesis of `walker`, which has no effects.
     pub(crate) fn fit(&self, walker: &Walker<'_>) -> Fit {
         let (at, jacobian) = (self.reference.clone(), self.jacobian.clone());
