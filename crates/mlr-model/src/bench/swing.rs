@@ -329,6 +329,41 @@ mod tests {
         }
     }
 
+    #[test]
+    fn in_long_steps_a_servo_relaxes_as_one_with_more_damping() {
+        let mut light = bench(Drive::default());
+        light.arm.mass_kg = 0.001;
+        light.servo = Servo {
+            stiffness_nm_per_rad: 30.0,
+            damping_nm_s_per_rad: 0.6,
+            torque_limit_nm: 1e3,
+            speed_limit_rad_per_s: 1e6,
+            ..light.servo
+        };
+        let long_s = 0.005;
+        // From 0.1 rad to 0 for 20 ms, which is the time constant of stiffness and damping.
+        let after = |bench: &Bench, step_s: f64| -> f64 {
+            let steps = (0.02 / step_s).round() as usize;
+            let to_zero = command(0.0, true);
+            let swing = Swing::new(bench, &to_zero, 0.1, step_s);
+            swing.angles_rad(steps).unwrap()[steps]
+        };
+        let mut damped = light.clone();
+        damped.servo.damping_nm_s_per_rad = light.servo.damping_in_steps(long_s);
+        let [in_long_steps, fine, fine_and_damped] = [
+            after(&light, long_s),
+            after(&light, 1e-4),
+            after(&damped, 1e-4),
+        ];
+        let off = (in_long_steps - fine_and_damped).abs();
+        // The control: what is described, in fine steps.
+        let uncorrected = (in_long_steps - fine).abs();
+        assert!(
+            off < 0.2 * uncorrected,
+            "{in_long_steps} {fine} {fine_and_damped}"
+        );
+    }
+
     /// A servo with friction that follows a swinging goal, at times that all of the steps below meet.
     fn followed(step_s: f64) -> Vec<f64> {
         let sticky = bench(Drive {

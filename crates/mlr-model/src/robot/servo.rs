@@ -134,6 +134,12 @@ impl Servo {
         (1.0 + self.drive.torque_saturation) * self.torque_limit_nm
     }
 
+    /// Damping with which it acts in simulated steps of this length, N m s/rad. The spring of a joint is implicit: it acts in a
+    /// step as if the joint had been all the time where it ends, which damps by half of stiffness times step more.
+    pub fn damping_in_steps(&self, time_step_s: f64) -> f64 {
+        self.damping_nm_s_per_rad + 0.5 * self.stiffness_nm_per_rad * time_step_s
+    }
+
     /// Torque of the motor at a position error and a speed, its damping included, and how it grows with
     /// the error there, N m/rad.
     pub(crate) fn motor(&self, error_rad: f64, speed_rad_per_s: f64) -> (f64, f64) {

@@ -135,7 +135,7 @@ impl CalibratedWalk {
             Simulated::Mean(generator) => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
                 let mut walks = base.mean_walks(&of_means, generator);
-                walks.average([(&walker, &single)], &[], DRAWS);
+                walks.average([(&walker, &single)], &[], DRAWS, &());
                 let Some(fit) = walks.fits().next().flatten() else {
                     return Ok(None);
                 };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mlr_model::{Calibration, Gaussian, LostLinks, Morphology, Robot, RobotParameter, Servo};
+use mlr_model::{Calibration, Gaussian, LostLinks, Morphology, Robot, RobotParameter};
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
@@ -11,7 +11,7 @@ use super::{
     WalkRecord,
     evidence::Fit,
     hypothesis::Walker,
-    mean_walk::DRAWS,
+    mean_walk::{DRAWS, TIMES},
     search::base::{Base, Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
@@ -36,7 +36,7 @@ pub struct CalibratedRobot {
 }
 
 /// The steps of a calibration: a single walk over the first stretch, then means of walks over it and over all of the walk.
-const STEPS: usize = 3;
+const STEPS: usize = 1 + 2 * TIMES;
 
 /// Fits the robot's own parameters to a walk in which it lacks nothing, and what belongs to the day
 /// with them. What is known of the robot already is the prior; several walks tell more one after the
@@ -79,9 +79,8 @@ pub fn calibrate_walk(
     let mean = |base: &Base<'_>, of_means: &Observation<'_>| -> Result<Fit, WalkError> {
         let walker = base.with(Vec::new());
         let mut walks = base.mean_walks(of_means, generator);
-        walks.average([(&walker, &base.fit(&walker))], &[], DRAWS);
+        walks.average([(&walker, &base.fit(&walker))], &[], DRAWS, progress);
         let fit = walks.fits().next().flatten().cloned();
-        progress.advance();
         fit.ok_or(WalkError::Diverged)
     };
     let of_first_stretch = mean(&base, &first_stretch[1])?;
@@ -203,16 +202,10 @@ impl Posterior {
     }
 }
 
-/// By how much, in the logarithm, servos damp more in steps of the simulation than their description says: the spring
-/// k of a servo acts in a step Δt as if the joint had been where it ends for all of it, which damps by k Δt / 2 more.
+/// By how much, in the logarithm, servos damp more in steps of the simulation than their description says.
 fn ln_added_damping(model: &WalkModel) -> f64 {
-    let Servo {
-        stiffness_nm_per_rad,
-        damping_nm_s_per_rad,
-        ..
-    } = model.servo;
-    let added = 0.5 * stiffness_nm_per_rad * model.simulation.time_step_s;
-    (added / damping_nm_s_per_rad).ln_1p()
+    let in_steps = model.servo.damping_in_steps(model.simulation.time_step_s);
+    (in_steps / model.servo.damping_nm_s_per_rad).ln()
 }
 
 /// Least share of the prior's variance that a walk must have taken from a combination of parameters

@@ -17,14 +17,14 @@ use super::{
     hypothesis::Walker,
     observation::{Observation, Whitening},
 };
-use crate::{laplace, statistics::median};
+use crate::{Progress, laplace, statistics::median};
 
 /// Walks of all hypotheses on a robot together that are drawn every time, where their mean is to be known well.
 pub(crate) const DRAWS: usize = 96;
 /// Of each at least.
 const LEAST_DRAWS: usize = 12;
 /// Times that walks are drawn, each time about the parameters that all so far make most probable.
-const TIMES: usize = 3;
+pub(crate) const TIMES: usize = 3;
 /// Walks by which it is found how they scatter, where no mean is taken.
 const SCATTERED: usize = 48;
 /// A walk that lies farther from the median than so many times the median distance has tipped, or gone
@@ -110,11 +110,14 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
     ///
     /// What the means get wrong is found from the walks of the first hypotheses, and stays: of more walks it would be
     /// another covariance, and robots with many hypotheses would be weighed otherwise than those with few.
+    ///
+    /// `progress` advances each of [`TIMES`] times.
     pub(crate) fn average<'f>(
         &mut self,
         fitted: impl IntoIterator<Item = (&'f Walker<'a>, &'f Fit)>,
         anew: &[usize],
         draws: usize,
+        progress: &dyn Progress,
     ) where
         'a: 'f,
     {
@@ -144,6 +147,7 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
                     None => self.hypotheses[*index].fit = None,
                 }
             }
+            progress.advance();
             let is_last = time + 1 == TIMES;
             let is_fitted = |index: usize| is_last || drawn.contains(&index);
             if self.fit(is_fitted, first == 0).is_none() {

@@ -155,7 +155,7 @@ fn hypotheses_that_are_added_later_are_weighed_for_the_same_errors() {
         for group in groups {
             let weighed: Vec<usize> = (0..walks.fits().count()).collect();
             let fitted = group.iter().map(|k| (&walkers[*k], &fits[*k]));
-            walks.average(fitted, &weighed, DRAWS);
+            walks.average(fitted, &weighed, DRAWS, &());
         }
         walks.fits().map(|fit| fit.unwrap().ln_evidence).collect()
     };

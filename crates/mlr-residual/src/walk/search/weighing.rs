@@ -181,7 +181,7 @@ impl<'a> Search<'a, '_> {
             compared_with.iter().any(|one| one.is_same(known))
         };
         let anew: Vec<usize> = (0..robot.judged.len()).filter(is_compared).collect();
-        robot.walks.average(fitted, &anew, draws);
+        robot.walks.average(fitted, &anew, draws, &());
         further.iter().for_each(|_| self.progress.advance());
         robot.judged.extend(further);
         self.judge_by_means(robot);
