@@ -106,7 +106,11 @@ pub fn calibrate_walk(
     Ok(CalibratedRobot {
         robot: posterior.applied_to(&nominal.robot)?,
         day: posterior.day(),
-        tail_probability: tail_probability(&walker, &fit, settings.nuisance.engine_bias),
+        tail_probability: tail_probability(
+            &posterior.nuisances,
+            &fit,
+            settings.nuisance.engine_bias,
+        ),
         error_before,
         error_after,
     })
@@ -215,7 +219,7 @@ const TOLD: f64 = 0.1;
 /// Share of robots whose most probable coordinates are as far from those described, or farther. The
 /// covariance of these among robots is what the posterior has left of the prior's, E = I - S, where nothing
 /// else is wrong; and the engine adds its bias to the body's.
-fn tail_probability(walker: &Walker<'_>, fit: &Fit, engine_bias: f64) -> f64 {
+fn tail_probability(nuisances: &[Nuisance], fit: &Fit, engine_bias: f64) -> f64 {
     let z = &fit.walked.z;
     let told = (DMatrix::identity(z.len(), z.len()) - fit.covariance()).symmetric_eigen();
     let is_told = |k: &usize| told.eigenvalues[*k] > TOLD;
@@ -223,12 +227,8 @@ fn tail_probability(walker: &Walker<'_>, fit: &Fit, engine_bias: f64) -> f64 {
     let taken = DMatrix::from_diagonal(&told.eigenvalues.select_rows(&directions));
     let directions = told.eigenvectors.select_columns(&directions);
     let mut biased = &directions * &taken;
-    for (k, mut row) in biased.row_iter_mut().enumerate() {
-        row *= if walker.is_of_sensing(k) {
-            0.0
-        } else {
-            engine_bias
-        };
+    for (mut row, nuisance) in biased.row_iter_mut().zip(nuisances) {
+        row *= bias_of(nuisance, engine_bias);
     }
     let covariance = taken + biased.tr_mul(&biased);
     let found = directions.tr_mul(z);
@@ -247,12 +247,7 @@ pub(super) fn left_by_the_engine(
     engine_bias: f64,
     curvature: &DMatrix<f64>,
 ) -> DMatrix<f64> {
-    let bias = nuisances
-        .iter()
-        .map(|nuisance| match nuisance.is_of_sensing() {
-            true => 0.0,
-            false => engine_bias,
-        });
+    let bias = nuisances.iter().map(|one| bias_of(one, engine_bias));
     let bias = DMatrix::from_diagonal(&DVector::from_iterator(nuisances.len(), bias));
     let n = nuisances.len();
     let identity = DMatrix::identity(n, n);
@@ -261,6 +256,13 @@ pub(super) fn left_by_the_engine(
         // Woodbury: a symmetric matrix to invert.
         Some(factors) => identity - curvature * &bias * factors.inverse() * bias,
         None => identity,
+    }
+}
+
+fn bias_of(nuisance: &Nuisance, engine_bias: f64) -> f64 {
+    match nuisance.takes_up_engine_bias() {
+        true => engine_bias,
+        false => 0.0,
     }
 }
 

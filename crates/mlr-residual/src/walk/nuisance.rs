@@ -49,8 +49,8 @@ pub struct NuisanceSettings {
     pub center_of_mass_m: f64,
     /// Zero of every joint: a servo's horn trimmed by eye.
     pub joint_zero_rad: f64,
-    /// How far off the body of a robot is that an engine makes walk like a given one, in standard
-    /// deviations of the make: more walks of one kind do not tell it.
+    /// How far off the body of a robot is, and the scale of its gyroscope, that an engine makes walk like a given one, in
+    /// standard deviations of the make: more walks of one kind do not tell it.
     pub engine_bias: f64,
 }
 
@@ -233,6 +233,12 @@ impl Nuisance {
     /// Whether the body walks the same whatever its value.
     pub(crate) fn is_of_sensing(self) -> bool {
         Self::OF_SENSING.contains(&self)
+    }
+
+    /// Whether what the physics engine gets wrong passes for it: everything of the body, and the gyroscope's scale, because
+    /// engines differ in how fast robots turn.
+    pub(super) fn takes_up_engine_bias(self) -> bool {
+        !self.is_of_sensing() || self == Self::Scale
     }
 
     /// The parameter of the robot that it is, if it stays with the robot from day to day.
