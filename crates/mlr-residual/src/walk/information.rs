@@ -372,7 +372,8 @@ mod tests {
             let told = |gait: &Gait| ensemble.information(gait, 4.6, 1).unwrap().remove(0);
             let (plain, folded) = (told(&Gait::tripod()), told(&folded(&[0, 3])));
             assert!(plain.gain_nats() > 0.0);
-            assert!(folded.gain_nats() > 1.5 * plain.gain_nats());
+            let more = folded.gain_nats() - plain.gain_nats();
+            assert!(more > 1.0, "{more} of {} nats", plain.gain_nats());
             let both = plain.and(&folded);
             assert!(both.gain_nats() > folded.gain_nats());
             assert!(both.gain_nats() < plain.gain_nats() + folded.gain_nats() + 1e-9);

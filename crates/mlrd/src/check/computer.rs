@@ -38,9 +38,9 @@ const IDENTIFICATION_WALKS: f64 = 1100.0;
 /// The same of an explanation: 3629 and 2906 walks were counted, of up to ten seconds each
 /// (docs/explain.md); measured are 82 s of two cores, at 31 ms for five seconds of walk.
 const EXPLANATION_WALKS: f64 = 5000.0;
-/// The same of a lesson from one healthy walk: 3065 walks were counted of `mlr-ga calibrate` on
-/// the stand-in log `healthy`. They are taken to be as long as those of an explanation.
-const CALIBRATION_WALKS: f64 = 5000.0;
+/// The same of a lesson from one healthy walk: an explanation, which checks it, and a fit of 35 s of processor time
+/// (docs/calibrate.md), at 31 ms for five seconds of walk.
+const CALIBRATION_WALKS: f64 = EXPLANATION_WALKS + 1100.0;
 
 pub(super) fn measure(settings: &Settings, robot: &Robot, gait: &Gait, findings: &mut Findings) {
     const CHECK: &str = "computer";
