@@ -4,7 +4,7 @@
     python tools/plant/coverage.py DIR --program target/release/mlr-ga
 
 Calibrates each robot of owned.py by its healthy walk. For every parameter that the plant has: how often the 95 % interval
-holds the plant's value, the error, and the deviation that is claimed, both over the deviation among robots of the make.
+holds the plant's value, the error over the deviation that is claimed, and both over the deviation among robots of the make.
 What an effect of the day's walk changed in the truth is left out. MuJoCo is not needed.
 """
 
@@ -58,6 +58,7 @@ def main():
     parser.add_argument("directory", type=Path)
     parser.add_argument("--program", default="mlr-ga")
     parser.add_argument("--motion", metavar="GAIT", help="calibrate by robot-III-motion too, which is this gait")
+    parser.add_argument("--fitted", action="store_true", help="of the values with which the model walks like the robot, in place of the robot's own")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("-o", "--output", type=Path, help="keep each robot, and the report of its calibration, as robot-III-day in this directory: --own-robots of evaluate")
     args = parser.parse_args()
@@ -82,14 +83,16 @@ def main():
         for key, value in truth(truths[f"{name}-day"]).items():
             one = parameters[key]
             group = f"joint_zero, joint {key[-1]}" if key.startswith("joint_zero") else key
-            row = one["physical"] - value, one["physical_deviations"][-1], one["make_deviation"]
+            found, deviation = (one["fitted"], one["deviation"]) if args.fitted else (one["physical"], one["physical_deviations"][-1])
+            row = found - value, deviation, one["make_deviation"]
             errors.setdefault(group, []).append(row)
-    print("| parameter | values | in the 95 % interval | error / make | claimed / make |\n|:--|--:|--:|--:|--:|")
+    print("| parameter | values | in the 95 % interval | error / claimed | error / make | claimed / make |\n|:--|--:|--:|--:|--:|--:|")
     for group, rows in errors.items():
         error, claimed, make = np.array(rows).T
         held = np.mean(np.abs(error) < 1.96 * claimed)
         of_make = np.sqrt(np.mean((error / make) ** 2)), np.mean(claimed / make)
-        print(f"| {group} | {len(rows)} | {100 * held:.0f} % | {of_make[0]:.2f} | {of_make[1]:.2f} |")
+        z = np.sqrt(np.mean((error / claimed) ** 2))
+        print(f"| {group} | {len(rows)} | {100 * held:.0f} % | {z:.1f} | {of_make[0]:.2f} | {of_make[1]:.2f} |")
     before, after = np.median(walks, axis=0)
     print("\nmedian unseen error of roll, pitch, yaw:", *(f"{x:.2f}°" for x in before), "before,", *(f"{x:.2f}°" for x in after), "after")
 

@@ -69,10 +69,11 @@ pub fn calibrate_walk(
     };
     let period_s = nominal.gait.period_s;
     let [single, means] = [&settings.discrepancy, &settings.mean_discrepancy];
-    let first_stretch = [single, means].map(|of| Observation::new(record, of, period_s));
-    let whole = [single, means].map(|of| Observation::of_whole(record, of, period_s));
+    let [first_stretch, mean_first_stretch] =
+        [single, means].map(|of| Observation::new(record, of, period_s));
+    let [whole, mean_whole] = [single, means].map(|of| Observation::of_whole(record, of, period_s));
 
-    let base = Base::new(setting(&first_stretch[0]), &morphology, gone, 0.0, None);
+    let base = Base::new(setting(&first_stretch), &morphology, gone, 0.0, None);
     let base = base.and_then(|base| base.settled());
     let base = base.ok_or(WalkError::Diverged)?;
     progress.advance();
@@ -83,7 +84,7 @@ pub fn calibrate_walk(
         let fit = walks.fits().next().flatten().cloned();
         fit.ok_or(WalkError::Diverged)
     };
-    let of_first_stretch = mean(&base, &first_stretch[1])?;
+    let of_first_stretch = mean(&base, &mean_first_stretch)?;
     let walker = base.with(Vec::new());
     let mut described = walker.described(&[]);
     // Time has no zero: the start of the walk is part of the comparison.
@@ -98,9 +99,9 @@ pub fn calibrate_walk(
     let error_before = errors(&walker.model(&described))?;
     let error_after = errors(&of_first_stretch.walked.model)?;
 
-    let base = base.at_point(setting(&whole[0]), of_first_stretch.walked.z);
+    let base = base.at_point(setting(&whole), of_first_stretch.walked.z);
     let base = base.ok_or(WalkError::Diverged)?;
-    let fit = mean(&base, &whole[1])?;
+    let fit = mean(&base, &mean_whole)?;
     let walker = base.with(Vec::new());
     let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
     Ok(CalibratedRobot {
