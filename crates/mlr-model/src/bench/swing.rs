@@ -349,7 +349,7 @@ mod tests {
             swing.angles_rad(steps).unwrap()[steps]
         };
         let mut damped = light.clone();
-        damped.servo.damping_nm_s_per_rad = light.servo.damping_in_steps(long_s);
+        damped.servo.damping_nm_s_per_rad = light.servo.damping_in_steps_nm_s_per_rad(long_s);
         let [in_long_steps, fine, fine_and_damped] = [
             after(&light, long_s),
             after(&light, 1e-4),

@@ -134,9 +134,9 @@ impl Servo {
         (1.0 + self.drive.torque_saturation) * self.torque_limit_nm
     }
 
-    /// Damping with which it acts in simulated steps of this length, N m s/rad. The spring of a joint is implicit: it acts in a
+    /// Damping with which it acts in simulated steps of this length. The spring of a joint is implicit: it acts in a
     /// step as if the joint had been all the time where it ends, which damps by half of stiffness times step more.
-    pub fn damping_in_steps(&self, time_step_s: f64) -> f64 {
+    pub fn damping_in_steps_nm_s_per_rad(&self, time_step_s: f64) -> f64 {
         self.damping_nm_s_per_rad + 0.5 * self.stiffness_nm_per_rad * time_step_s
     }
 

@@ -12,7 +12,6 @@ use super::{
     discrepancy::Scatter,
     evidence::Fit,
     hypothesis::{Placement, Walker},
-    mean_walk::DRAWS,
     search::base::{Base, Setting},
 };
 use crate::walk_effects;
@@ -135,11 +134,10 @@ impl CalibratedWalk {
             Simulated::Mean(generator) => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
                 let mut walks = base.mean_walks(&of_means, generator);
-                walks.average([(&walker, &single)], &[], DRAWS, &());
-                let Some(fit) = walks.fits().next().flatten() else {
+                let Some(fit) = walks.average_of_one(&walker, &single, &()) else {
                     return Ok(None);
                 };
-                (fit.clone(), walks.scattered())
+                (fit, walks.scattered())
             }
         };
         Ok(Some(Self::of(

@@ -11,7 +11,7 @@ use super::{
     WalkRecord,
     evidence::Fit,
     hypothesis::Walker,
-    mean_walk::{DRAWS, TIMES},
+    mean_walk::TIMES,
     search::base::{Base, Setting},
     stretch_errors::{Corrected, residual_deg, stretch_errors},
 };
@@ -57,10 +57,7 @@ pub fn calibrate_walk(
 ) -> Result<CalibratedRobot, WalkError> {
     settings.check()?;
     progress.expect_more(STEPS);
-    let (morphology, gone) = (
-        Morphology::healthy(&nominal.robot.layout()),
-        LostLinks::Absent,
-    );
+    let morphology = Morphology::healthy(&nominal.robot.layout());
     let nuisance = NuisancePrior::new(&settings.nuisance, nominal);
     let setting = |observation| Setting {
         observation,
@@ -73,15 +70,15 @@ pub fn calibrate_walk(
         [single, means].map(|of| Observation::new(record, of, period_s));
     let [whole, mean_whole] = [single, means].map(|of| Observation::of_whole(record, of, period_s));
 
-    let base = Base::new(setting(&first_stretch), &morphology, gone, 0.0, None);
-    let base = base.and_then(|base| base.settled());
-    let base = base.ok_or(WalkError::Diverged)?;
+    let setting_of_first = setting(&first_stretch);
+    let base = Base::new(setting_of_first, &morphology, LostLinks::Absent, 0.0, None)
+        .and_then(|base| base.settled())
+        .ok_or(WalkError::Diverged)?;
     progress.advance();
     let mean = |base: &Base<'_>, of_means: &Observation<'_>| -> Result<Fit, WalkError> {
         let walker = base.with(Vec::new());
         let mut walks = base.mean_walks(of_means, generator);
-        walks.average([(&walker, &base.fit(&walker))], &[], DRAWS, progress);
-        let fit = walks.fits().next().flatten().cloned();
+        let fit = walks.average_of_one(&walker, &base.fit(&walker), progress);
         fit.ok_or(WalkError::Diverged)
     };
     let of_first_stretch = mean(&base, &mean_first_stretch)?;
@@ -209,7 +206,8 @@ impl Posterior {
 
 /// By how much, in the logarithm, servos damp more in steps of the simulation than their description says.
 fn ln_added_damping(model: &WalkModel) -> f64 {
-    let in_steps = model.servo.damping_in_steps(model.simulation.time_step_s);
+    let time_step_s = model.simulation.time_step_s;
+    let in_steps = model.servo.damping_in_steps_nm_s_per_rad(time_step_s);
     (in_steps / model.servo.damping_nm_s_per_rad).ln()
 }
 
@@ -219,7 +217,7 @@ const TOLD: f64 = 0.1;
 
 /// Share of robots whose most probable coordinates are as far from those described, or farther. The
 /// covariance of these among robots is what the posterior has left of the prior's, E = I - S, where nothing
-/// else is wrong; and the engine adds its bias to the body's.
+/// else is wrong; and the engine adds its bias.
 fn tail_probability(nuisances: &[Nuisance], fit: &Fit, engine_bias: f64) -> f64 {
     let z = &fit.walked.z;
     let told = (DMatrix::identity(z.len(), z.len()) - fit.covariance()).symmetric_eigen();
@@ -229,7 +227,7 @@ fn tail_probability(nuisances: &[Nuisance], fit: &Fit, engine_bias: f64) -> f64 
     let directions = told.eigenvectors.select_columns(&directions);
     let mut biased = &directions * &taken;
     for (mut row, nuisance) in biased.row_iter_mut().zip(nuisances) {
-        row *= bias_of(nuisance, engine_bias);
+        row *= nuisance.engine_bias(engine_bias);
     }
     let covariance = taken + biased.tr_mul(&biased);
     let found = directions.tr_mul(z);
@@ -248,7 +246,7 @@ pub(super) fn left_by_the_engine(
     engine_bias: f64,
     curvature: &DMatrix<f64>,
 ) -> DMatrix<f64> {
-    let bias = nuisances.iter().map(|one| bias_of(one, engine_bias));
+    let bias = nuisances.iter().map(|one| one.engine_bias(engine_bias));
     let bias = DMatrix::from_diagonal(&DVector::from_iterator(nuisances.len(), bias));
     let n = nuisances.len();
     let identity = DMatrix::identity(n, n);
@@ -257,13 +255,6 @@ pub(super) fn left_by_the_engine(
         // Woodbury: a symmetric matrix to invert.
         Some(factors) => identity - curvature * &bias * factors.inverse() * bias,
         None => identity,
-    }
-}
-
-fn bias_of(nuisance: &Nuisance, engine_bias: f64) -> f64 {
-    match nuisance.takes_up_engine_bias() {
-        true => engine_bias,
-        false => 0.0,
     }
 }
 

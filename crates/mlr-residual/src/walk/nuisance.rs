@@ -235,10 +235,14 @@ impl Nuisance {
         Self::OF_SENSING.contains(&self)
     }
 
-    /// Whether what the physics engine gets wrong passes for it: everything of the body, and the gyroscope's scale, because
-    /// engines differ in how fast robots turn.
-    pub(super) fn takes_up_engine_bias(self) -> bool {
-        !self.is_of_sensing() || self == Self::Scale
+    /// How far off what the physics engine gets wrong makes it, in standard deviations of the make, where it makes the body
+    /// so: as far as the body for the gyroscope's scale, because engines differ in how fast robots turn, and not at all
+    /// for the rest of the sensor and the clock.
+    pub(super) fn engine_bias(self, of_body: f64) -> f64 {
+        match self.is_of_sensing() && self != Self::Scale {
+            true => 0.0,
+            false => of_body,
+        }
     }
 
     /// The parameter of the robot that it is, if it stays with the robot from day to day.

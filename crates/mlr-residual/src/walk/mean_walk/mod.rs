@@ -156,6 +156,18 @@ impl<'w, 'a> MeanWalks<'w, 'a> {
         }
     }
 
+    /// The fit of the mean of [`DRAWS`] walks every time where one hypothesis is the only one; `None` where most of its
+    /// neighbours do not walk.
+    pub(crate) fn average_of_one(
+        &mut self,
+        walker: &Walker<'a>,
+        single: &Fit,
+        progress: &dyn Progress,
+    ) -> Option<Fit> {
+        self.average([(walker, single)], &[], DRAWS, progress);
+        self.fits().next().flatten().cloned()
+    }
+
     /// The fit of each hypothesis in the order in which they were added; `None` of one most of whose neighbours do
     /// not walk.
     pub(crate) fn fits(&self) -> impl Iterator<Item = Option<&Fit>> {
