@@ -243,20 +243,18 @@ def truth(intact, plant, found, walk):
     return entry | ({"start_s": plant.start, "damage_s": plant.damage_s} if plant.damage_s > 0.0 else {})
 
 
-def trace(args, index, walk, rng):
-    """What the effects change of roll, pitch and yaw while the robot walks, in degrees.
+def trace(plain, intact, walk, noise, siblings):
+    """What the effects of a walk change of roll, pitch and yaw while the robot walks, in degrees.
 
-    See `change`. The same robot without them walks once more, with the same noise. `spread` is what
-    robots with other bodies of the batch change of that walk, in the root mean square.
+    See `change`. `plain` is the robot without them, which walks once more with the same `noise` (the generator
+    as it was before the walk). `spread` is what robots with other bodies of the batch, drawn from the generator
+    `siblings`, change of that walk, in the root mean square.
     """
-    with effects.none():
-        again = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
-        intact, plain, _ = SETS[args.set](again, index)
-    without = record(plain, intact, copy.deepcopy(rng)).columns
+    without = record(plain, intact, copy.deepcopy(noise)).columns
     changes = []
     for _ in range(SIBLINGS):
-        sibling = dataclasses.replace(plain, **body(assemble(again, draw_plant(again, intact, plain.robot))))
-        changes.append(change(without, record(sibling, intact, copy.deepcopy(rng)).columns, plain.start))
+        sibling = dataclasses.replace(plain, **body(assemble(siblings, draw_plant(siblings, intact, plain.robot))))
+        changes.append(change(without, record(sibling, intact, copy.deepcopy(noise)).columns, plain.start))
     mean, swing = change(without, walk.columns, plain.start)
     spread = np.sqrt(np.mean(np.square(changes), axis=0))
     return {
@@ -318,7 +316,8 @@ def main():
     if args.first > 0 and known.exists():
         truths = json.loads(known.read_text())
     for index in range(args.first, args.count):
-        rng = np.random.default_rng([args.seed, list(SETS).index(args.set), index])
+        entropy = [args.seed, list(SETS).index(args.set), index]
+        rng = np.random.default_rng(entropy)
         with effects.none() if args.without_effects else contextlib.nullcontext():
             intact, plant, found = SETS[args.set](rng, index)
         found = [] if args.without_effects else found
@@ -328,7 +327,10 @@ def main():
         write(args.output / f"{name}.csv.gz", walk.columns)
         truths[name] = truth(intact, plant, found, walk)
         if found and args.set in ("effects", "gears"):
-            truths[name]["trace"] = trace(args, index, walk, before)
+            siblings = np.random.default_rng(entropy)
+            with effects.none():
+                _, plain, _ = SETS[args.set](siblings, index)
+            truths[name]["trace"] = trace(plain, intact, walk, before, siblings)
         known.write_text(json.dumps(truths, indent=1) + "\n")
     print(f"{args.count - args.first} logs in {time.monotonic() - began:.1f} s")
 
