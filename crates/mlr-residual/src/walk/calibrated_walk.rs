@@ -122,7 +122,7 @@ impl CalibratedWalk {
         let Some(placed) = placed else {
             return Ok(None);
         };
-        let begun = Base::new(setting, morphology, lost_links, 0.0, None);
+        let begun = Base::new(setting, morphology, lost_links, 0.0);
         let base = begun.and_then(|base| base.settled());
         let Some(base) = base else { return Ok(None) };
         let walker = base.with(placed);

@@ -71,7 +71,7 @@ pub fn calibrate_walk(
     let [whole, mean_whole] = [single, means].map(|of| Observation::of_whole(record, of, period_s));
 
     let setting_of_first = setting(&first_stretch);
-    let base = Base::new(setting_of_first, &morphology, LostLinks::Absent, 0.0, None)
+    let base = Base::new(setting_of_first, &morphology, LostLinks::Absent, 0.0)
         .and_then(|base| base.settled())
         .ok_or(WalkError::Diverged)?;
     progress.advance();

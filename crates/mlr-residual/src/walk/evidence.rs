@@ -100,6 +100,18 @@ impl Walker<'_> {
         coordinates
     }
 
+    /// Up to so many steps from these parameters, by sensitivities found there; `None` where it does not walk.
+    pub(crate) fn fitted(
+        &self,
+        z: DVector<f64>,
+        whitening: &Whitening,
+        steps: usize,
+    ) -> Option<Fit> {
+        let walked = self.walk(z)?;
+        let jacobian = self.jacobian(&walked);
+        Some(self.advanced(walked, jacobian, whitening, steps))
+    }
+
     /// Up to so many steps of Gauss and Newton's method towards the most probable parameters.
     pub(crate) fn advanced(
         &self,

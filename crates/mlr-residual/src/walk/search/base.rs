@@ -37,8 +37,6 @@ pub(crate) struct Base<'a> {
     pub(crate) lost_links: LostLinks,
     /// Logarithm of its prior probability.
     pub(crate) ln_prior: f64,
-    /// The leg, from 1, that effects must be on: one restored that another hypothesis takes for lost.
-    pub(crate) only_leg: Option<usize>,
     /// Its most probable walk without effects: what effects are added to.
     pub(crate) reference: Walked,
     pub(crate) jacobian: DMatrix<f64>,
@@ -54,7 +52,26 @@ impl<'a> Base<'a> {
         morphology: &Morphology,
         lost_links: LostLinks,
         ln_prior: f64,
-        only_leg: Option<usize>,
+    ) -> Option<Self> {
+        let state = (morphology, lost_links);
+        Self::begun_as_described(setting, state, FIRST_STEPS, ln_prior)
+    }
+
+    /// As described, on no step; `None` when it does not walk.
+    pub(crate) fn as_described(
+        setting: Setting<'a>,
+        morphology: &Morphology,
+        lost_links: LostLinks,
+        ln_prior: f64,
+    ) -> Option<Self> {
+        Self::begun_as_described(setting, (morphology, lost_links), 0, ln_prior)
+    }
+
+    fn begun_as_described(
+        setting: Setting<'a>,
+        (morphology, lost_links): (&Morphology, LostLinks),
+        steps: usize,
+        ln_prior: f64,
     ) -> Option<Self> {
         let walker = setting.walker(Hypothesis {
             morphology: morphology.clone(),
@@ -62,7 +79,7 @@ impl<'a> Base<'a> {
             effects: Vec::new(),
         });
         let described = walker.described(&[]);
-        Self::begun(&walker, setting, described, FIRST_STEPS, ln_prior, only_leg)
+        Self::begun(&walker, setting, described, steps, ln_prior)
     }
 
     /// The robot of `walker`, so many steps on from these parameters.
@@ -72,7 +89,6 @@ impl<'a> Base<'a> {
         z: DVector<f64>,
         steps: usize,
         ln_prior: f64,
-        only_leg: Option<usize>,
     ) -> Option<Self> {
         let walked = walker.walk(z)?;
         let jacobian = walker.jacobian(&walked);
@@ -84,7 +100,6 @@ impl<'a> Base<'a> {
             morphology: walker.hypothesis.morphology.clone(),
             lost_links: walker.hypothesis.lost_links,
             ln_prior,
-            only_leg,
             reference: fit.walked,
             jacobian: fit.jacobian,
             whitening,
@@ -108,7 +123,6 @@ impl<'a> Base<'a> {
             morphology: self.morphology.clone(),
             lost_links: self.lost_links,
             ln_prior: self.ln_prior,
-            only_leg: self.only_leg,
             simulated: Simulated::new(&fit, &whitening),
             reference: fit.walked,
             jacobian: fit.jacobian,
@@ -156,23 +170,19 @@ impl<'a> Base<'a> {
         z: DVector<f64>,
         ln_prior: f64,
     ) -> Option<Self> {
-        Self::begun(walker, setting, z, REFERENCE_STEPS, ln_prior, None)?.settled()
+        Self::begun(walker, setting, z, REFERENCE_STEPS, ln_prior)?.settled()
     }
 
     /// The same robot at its most probable walk over another stretch, begun from these parameters.
     pub(crate) fn continued(&self, setting: Setting<'a>, z: DVector<f64>) -> Option<Self> {
         let walker = setting.walker(self.with(Vec::new()).hypothesis);
-        let continued = Self::at_walk(&walker, setting, z, self.ln_prior)?;
-        Some(Self {
-            only_leg: self.only_leg,
-            ..continued
-        })
+        Self::at_walk(&walker, setting, z, self.ln_prior)
     }
 
     /// The same robot over another stretch, at these parameters.
     pub(crate) fn at_point(&self, setting: Setting<'a>, z: DVector<f64>) -> Option<Self> {
         let walker = setting.walker(self.with(Vec::new()).hypothesis);
-        Self::begun(&walker, setting, z, 0, self.ln_prior, self.only_leg)
+        Self::begun(&walker, setting, z, 0, self.ln_prior)
     }
 
     /// Its fit as that of the hypothesis of `walker`, which has no effects.

@@ -74,8 +74,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The starts of effects on the likeliest robots, of each set of damaged legs and state of the lost
-    /// links one, as long as they may still win; on the robot as identified in any case; and on those that a leg
-    /// restored makes of the robots begun.
+    /// links one, as long as they may still win; and on the robot as identified in any case.
     pub(super) fn screened(&self, ranked: &[Judged<'a>], all: &Bases<'a>) -> Vec<Screened<'a>> {
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         for judged in ranked {
@@ -104,12 +103,6 @@ impl<'a> Search<'a, '_> {
                 screened.push(self.screened_on(base, &mut best));
             }
         }
-        let restored = self.restored(&all.begun, &screened, best);
-        screened.extend(
-            restored
-                .into_iter()
-                .map(|base| self.screened_on(base, &mut best)),
-        );
         screened
     }
 

@@ -60,7 +60,7 @@ impl<'a> Search<'a, '_> {
                 morphology,
                 ln_prior,
             } = suspect;
-            let base = Base::new(self.beginning, morphology, *lost_links, *ln_prior, None);
+            let base = Base::new(self.beginning, morphology, *lost_links, *ln_prior);
             self.progress.advance();
             base
         });
@@ -151,29 +151,16 @@ fn sets_of_lost_legs(robot: &Morphology) -> Vec<Morphology> {
 
 #[cfg(test)]
 mod tests {
-    use mlr_filter::OrientationSeries;
     use mlr_model::{Gait, LegLayout, Robot, SimulationSettings};
 
     use super::*;
     use crate::{
-        walk::{WalkModel, WalkRecord, record::tests::level_record, search::tests::with_search},
+        walk::{
+            WalkModel,
+            search::tests::{record_of, with_search},
+        },
         walk_effects::{Place, find},
     };
-
-    /// What the sensor of a robot shows that stands for a second and walks for three.
-    fn record_of(model: &WalkModel, morphology: &Morphology) -> WalkRecord {
-        let level = level_record();
-        let samples = level.times_s().len();
-        let body = model.walk(morphology, &level, samples).unwrap().unwrap();
-        let stood = (0..100).map(|index| f64::from(index) * 0.01);
-        let walked = body.times_s().iter().map(|time_s| time_s + 1.0);
-        let angles_rad = body.angles_rad().as_ref().map(|_, angle| {
-            let stood = std::iter::repeat_n(angle[0], 100);
-            stood.chain(angle.iter().copied()).collect()
-        });
-        let recording = OrientationSeries::new(stood.chain(walked).collect(), angles_rad).unwrap();
-        WalkRecord::new(&recording, 1.0, true, 1.0, None).unwrap()
-    }
 
     #[test]
     fn lost_legs_that_nobody_suspects_take_the_first_steps() {

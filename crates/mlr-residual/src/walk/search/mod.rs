@@ -10,10 +10,10 @@ mod other_robots;
 pub(crate) mod prior;
 mod proposals;
 mod race;
-mod restored;
 mod robots_alike;
 pub(crate) mod screening;
 mod unfitted;
+mod unscreened;
 mod weighing;
 mod whole;
 
@@ -193,17 +193,22 @@ impl<'a> Search<'a, '_> {
             proposals.extend(self.pairs(&screened, &proposals));
         }
         sort(&mut proposals);
+        let best = proposals.first().map_or(0.0, |one| one.ln_weight);
         let entrants = self.entrants(&screened, proposals, self.effort.entrants);
+        let on_other_robots = self.on_unscreened_robots(&bases.begun, &screened, best);
         let bare = kept_bare(bare.iter().map(Judged::hypothesis))
             .into_iter()
             .map(|k| bare[k].clone());
-        let ranked = self.race(entrants.into_iter().chain(bare).collect());
+        let entrants = entrants.into_iter().chain(on_other_robots);
+        let ranked = self.race(entrants.chain(bare).collect());
         let weighed = self.weighed(self.over_the_whole_stretch(&ranked));
         let weighed = match self.effort.neighbours {
             0 => weighed,
             _ => {
                 let weighed = self.with_effects_on_other_robots(weighed);
-                self.with_neighbours(self.with_effects_on_robots_alike(weighed))
+                let weighed = self.with_effects_on_robots_alike(weighed);
+                let weighed = self.with_neighbours(self.with_fewer_than_the_likeliest(weighed));
+                self.with_fewer_than_the_likeliest(weighed)
             }
         };
         let fitted = self.on_equal_terms(weighed).all();
@@ -301,11 +306,15 @@ fn sort_judged(judged: &mut [Judged<'_>]) {
 
 #[cfg(test)]
 mod tests {
+    use mlr_filter::OrientationSeries;
     use mlr_model::{LegLayout, LostLinks};
     use rand::SeedableRng as _;
 
     use super::*;
-    use crate::walk::{Discrepancy, NuisancePrior, NuisanceSettings, WalkModel, WalkRecord};
+    use crate::walk::{
+        Discrepancy, NuisancePrior, NuisanceSettings, WalkModel, WalkRecord,
+        record::tests::level_record,
+    };
     use crate::walk_effects::{Place, find};
 
     #[test]
@@ -334,6 +343,21 @@ mod tests {
         // The control: where it is not there, those that promise most.
         assert_eq!(kept_bare(ranked[..5].iter()), [1, 2, 3]);
         assert!(kept_bare(ranked[..1].iter()).is_empty());
+    }
+
+    /// What the sensor of a robot shows that stands for a second and walks for three.
+    pub(super) fn record_of(model: &WalkModel, morphology: &Morphology) -> WalkRecord {
+        let level = level_record();
+        let samples = level.times_s().len();
+        let body = model.walk(morphology, &level, samples).unwrap().unwrap();
+        let stood = (0..100).map(|index| f64::from(index) * 0.01);
+        let walked = body.times_s().iter().map(|time_s| time_s + 1.0);
+        let angles_rad = body.angles_rad().as_ref().map(|_, angle| {
+            let stood = std::iter::repeat_n(angle[0], 100);
+            stood.chain(angle.iter().copied()).collect()
+        });
+        let recording = OrientationSeries::new(stood.chain(walked).collect(), angles_rad).unwrap();
+        WalkRecord::new(&recording, 1.0, true, 1.0, None).unwrap()
     }
 
     /// What `of` makes of a search that looks at this record of a robot, whose damage is as probable as any other.

@@ -5,7 +5,10 @@ use std::sync::Arc;
 use mlr_model::Morphology;
 
 use super::{Judged, Search, base::Base, weighing::Weighed};
-use crate::walk::hypothesis::Placement;
+use crate::walk::{
+    evidence::Fit,
+    hypothesis::{Placement, Walker},
+};
 
 impl<'a> Search<'a, '_> {
     /// These hypotheses, and those that each robot has the effects of the likeliest one, as far as it may.
@@ -26,21 +29,21 @@ impl<'a> Search<'a, '_> {
         robots.retain(|base| !has_them(base));
         self.progress.expect_more(robots.len());
         for base in robots {
-            let with = self.with_effects_of(likeliest, &base);
+            let with = self.with_effects_of(&likeliest.walker, &likeliest.fit, &base);
             self.weigh_too(&mut weighed, Vec::from_iter(with), &[]);
             self.progress.advance();
         }
         weighed
     }
 
-    /// The hypothesis that another robot has the effects of the likeliest one, from its own parameters and from those of
-    /// the likeliest. `None` where it cannot have one of them.
+    /// The hypothesis that a robot has the effects of this one that is fitted, from its own parameters and from those of
+    /// the fit. `None` where it cannot have one of them.
     pub(super) fn with_effects_of(
         &self,
-        likeliest: &Judged<'a>,
+        walker: &Walker<'a>,
+        fit: &Fit,
         base: &Arc<Base<'a>>,
     ) -> Option<Judged<'a>> {
-        let Judged { walker, fit, .. } = likeliest;
         let effects = &walker.hypothesis.effects;
         if effects.is_empty() || !self.may_have(&base.morphology, effects) {
             return None;

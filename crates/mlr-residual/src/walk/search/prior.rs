@@ -106,7 +106,7 @@ mod tests {
         let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
         let record = level_record();
         with_search(&record, &nominal, |search| {
-            let base = Base::new(search.setting, &morphology, LostLinks::Absent, -0.5, None);
+            let base = Base::new(search.setting, &morphology, LostLinks::Absent, -0.5);
             let base = base.unwrap();
             let beyond_counting = |kind: &str, place: Place| {
                 let effect = find(kind).unwrap();

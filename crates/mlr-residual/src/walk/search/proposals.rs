@@ -41,10 +41,7 @@ impl<'a> Search<'a, '_> {
         let mut chosen: Vec<&Proposal> = Vec::new();
         for proposal in singles {
             let start = |p: &Proposal| (p.base, screened[p.base].starts[p.starts[0]].placement);
-            if screened[proposal.base].base.only_leg.is_none()
-                && !chosen.iter().any(|c| start(c) == start(proposal))
-                && chosen.len() < 40
-            {
+            if !chosen.iter().any(|c| start(c) == start(proposal)) && chosen.len() < 40 {
                 chosen.push(proposal);
             }
         }

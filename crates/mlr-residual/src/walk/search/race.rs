@@ -22,7 +22,7 @@ const PAIRS_OF_A_KIND: usize = 6;
 /// So many take slopes of their own, the others those of the base.
 const REFINED: usize = 6;
 /// Steps on slopes of their own, at most: a fit stops where it has converged.
-const LAST_STEPS: usize = 5;
+pub(super) const LAST_STEPS: usize = 5;
 
 impl<'a> Search<'a, '_> {
     /// So many of the most promising, each walked where its linear model is likeliest.
@@ -170,20 +170,38 @@ fn chosen(screened: &[Screened<'_>], ranked: Vec<Proposal>, most: usize) -> Vec<
     chosen
 }
 
-/// The so many likeliest, and those without effects; the others go to `left_behind`.
+/// The so many likeliest, up to half of them the likeliest of each robot, and those without effects; the others go to
+/// `left_behind`.
 fn keep_likeliest<'a>(
     mut running: Vec<Judged<'a>>,
     most: usize,
     left_behind: &mut Vec<Judged<'a>>,
 ) -> Vec<Judged<'a>> {
     sort_judged(&mut running);
-    let chosen = likeliest(&running, most);
+    let mut chosen = likeliest_of_each_robot(&running, most / 2);
+    for k in likeliest(&running, most) {
+        if chosen.len() < most && !chosen.contains(&k) {
+            chosen.push(k);
+        }
+    }
     let (stay, go): (Vec<_>, Vec<_>) = running
         .into_iter()
         .enumerate()
         .partition(|(k, one)| chosen.contains(k) || one.hypothesis().is_bare());
     left_behind.extend(go.into_iter().map(|(_, one)| one));
     stay.into_iter().map(|(_, one)| one).collect()
+}
+
+/// Indices of the likeliest hypothesis with effects on each robot, of those on so many robots, `ranked` by their weights.
+fn likeliest_of_each_robot(ranked: &[Judged<'_>], most: usize) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::new();
+    for (k, one) in ranked.iter().enumerate() {
+        let is_on_robot = |c: &usize| Arc::ptr_eq(&ranked[*c].base, &one.base);
+        if chosen.len() < most && !one.hypothesis().is_bare() && !chosen.iter().any(is_on_robot) {
+            chosen.push(k);
+        }
+    }
+    chosen
 }
 
 /// Indices of so many likeliest of those with effects, `ranked` by their weights. Half of the places

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use mlr_model::Morphology;
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
@@ -10,14 +11,33 @@ use super::{
     base::Base,
     first_steps::{State, states_of},
     other_robots::robots_weighed,
-    restored::with_leg_restored,
+    unscreened::with_leg_restored,
     weighing::Weighed,
 };
-use crate::walk::hypothesis::Hypothesis;
+use crate::walk::{
+    evidence::Fit,
+    hypothesis::{Hypothesis, Walker},
+};
+
+/// Robots that are fitted, of those that promise most by single walks.
+const FITTED: usize = 3;
+/// Steps of such a fit, at most.
+const STEPS: usize = 3;
+
+/// A robot with the effects of the likeliest hypothesis.
+struct Alike<'a> {
+    /// Logarithm of its prior probability.
+    ln_prior: f64,
+    walker: Walker<'a>,
+    /// Where a single walk is likelier of the parameters of the likeliest hypothesis and those described.
+    z: DVector<f64>,
+    /// Logarithm of its weight by that walk.
+    ln_promise: f64,
+}
 
 impl<'a> Search<'a, '_> {
-    /// These hypotheses, and the effects of the likeliest one on the robot that promises most with them by single walks, of
-    /// those that differ from its own in one leg.
+    /// These hypotheses, and the effects of the likeliest one on the robot that they fit best, of those that differ from its
+    /// own in one leg.
     ///
     /// A robot that lacks a leg and has an effect may walk unlike all that lack legs only, so that without the effect it
     /// was never among the likeliest.
@@ -40,35 +60,50 @@ impl<'a> Search<'a, '_> {
             .flat_map(|morphology| states_of(self.suspect(morphology)))
             .filter(|state| state.0.ln_prior.is_finite() && !is_weighed(state))
             .collect();
-        self.progress.expect_more(states.len());
+        self.progress.expect_more(states.len() + FITTED);
         let promises = states.into_par_iter().filter_map(|state| {
-            let ln_promise = self.ln_promise_with_effects_of(likeliest, &state);
+            let alike = self.by_single_walks_with_effects_of(likeliest, &state);
             self.progress.advance();
-            Some((ln_promise?, state))
+            alike
         });
-        let best = promises.max_by(|(a, _), (b, _)| a.total_cmp(b));
-        let Some((ln_promise, state)) = best else {
+        let mut promising: Vec<Alike<'a>> = promises.collect();
+        promising.sort_by(|a, b| b.ln_promise.total_cmp(&a.ln_promise));
+        promising.truncate(FITTED);
+        // A single walk with the parameters of another robot says little of how well a robot fits.
+        let fitted = promising.into_par_iter().filter_map(|one| {
+            let whitening = &likeliest.base.whitening;
+            let fit = one.walker.fitted(one.z.clone(), whitening, STEPS);
+            self.progress.advance();
+            let fit = fit?;
+            let ln_weight = fit.ln_evidence + self.ln_prior(one.ln_prior, &one.walker);
+            Some((ln_weight, one, fit))
+        });
+        let best = fitted.max_by(|(a, ..), (b, ..)| a.total_cmp(b));
+        let Some((ln_weight, alike, fit)) = best else {
             return weighed;
         };
         let own = (
             self.suspect(likeliest.base.morphology.clone()),
             likeliest.base.lost_links,
         );
-        let own = self.ln_promise_with_effects_of(likeliest, &own);
-        let least = own.unwrap_or(f64::NEG_INFINITY) - self.in_question();
-        if ln_promise > least {
+        let own = self.by_single_walks_with_effects_of(likeliest, &own);
+        let least = own.map_or(f64::NEG_INFINITY, |own| own.ln_promise) - self.in_question();
+        if ln_weight > least {
             self.progress.expect_more(1);
-            let with = self.fitted_with_effects_of(likeliest, &state);
+            let with = self.with_and_without_effects(&alike, &fit);
             self.progress.advance();
             self.weigh_too(&mut weighed, with, &[]);
         }
         weighed
     }
 
-    /// Logarithm of the weight of a robot with the effects of the likeliest hypothesis, by single walks: it is taken to be
-    /// as sensitive as the likeliest robot, and to err as much. `None` where it cannot have these effects, or does not
-    /// walk.
-    fn ln_promise_with_effects_of(&self, likeliest: &Judged<'a>, state: &State) -> Option<f64> {
+    /// A robot with the effects of the likeliest hypothesis, by single walks: it is taken to be as sensitive as the
+    /// likeliest robot, and to err as much. `None` where it cannot have these effects, or does not walk.
+    fn by_single_walks_with_effects_of(
+        &self,
+        likeliest: &Judged<'a>,
+        state: &State,
+    ) -> Option<Alike<'a>> {
         let (suspect, lost_links) = state;
         let effects = &likeliest.hypothesis().effects;
         if !self.may_have(&suspect.morphology, effects) {
@@ -85,27 +120,35 @@ impl<'a> Search<'a, '_> {
             walker.with_parameters_of(&likeliest.walker, z),
             walker.described(&values),
         ];
-        let ln_evidence = likeliest.base.ln_evidence_of_other(&walker, points)?;
-        Some(ln_evidence + self.ln_prior(suspect.ln_prior, &walker))
+        let each = points.into_iter().filter_map(|z| {
+            let ln_evidence = likeliest.base.ln_evidence_of_other(&walker, [z.clone()])?;
+            Some((ln_evidence, z))
+        });
+        let (ln_evidence, z) = each.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(Alike {
+            ln_prior: suspect.ln_prior,
+            ln_promise: ln_evidence + self.ln_prior(suspect.ln_prior, &walker),
+            walker,
+            z,
+        })
     }
 
-    /// That robot without effects and with those of the likeliest hypothesis.
-    fn fitted_with_effects_of(&self, likeliest: &Judged<'a>, state: &State) -> Vec<Judged<'a>> {
-        let (suspect, lost_links) = state;
+    /// That robot without the effects and with them.
+    fn with_and_without_effects(&self, alike: &Alike<'a>, fit: &Fit) -> Vec<Judged<'a>> {
+        let known = &alike.walker;
         let bare = self.setting.walker(Hypothesis {
-            morphology: suspect.morphology.clone(),
-            lost_links: *lost_links,
             effects: Vec::new(),
+            ..known.hypothesis.clone()
         });
-        let z = bare.with_parameters_of(&likeliest.walker, &likeliest.fit.walked.z);
-        let base = Base::at_walk(&bare, self.setting, z, suspect.ln_prior)
+        let z = bare.with_parameters_of(known, &fit.walked.z);
+        let base = Base::at_walk(&bare, self.setting, z, alike.ln_prior)
             .and_then(|base| base.scattered(self.of_means, self.generator));
         let Some(base) = base.map(Arc::new) else {
             return Vec::new();
         };
-        let fit = base.fit(&bare);
-        let mut fitted = vec![self.judge(&base, bare, fit)];
-        fitted.extend(self.with_effects_of(likeliest, &base));
+        let of_base = base.fit(&bare);
+        let mut fitted = vec![self.judge(&base, bare, of_base)];
+        fitted.extend(self.with_effects_of(known, fit, &base));
         fitted
     }
 }

@@ -55,20 +55,14 @@ pub(crate) fn starts_of_sensing(base: &Base<'_>) -> Vec<Start> {
 }
 
 fn placements_on(base: &Base<'_>) -> Vec<Placement> {
-    placements(base.setting, &base.morphology, base.only_leg)
+    placements(base.setting, &base.morphology)
 }
 
-/// Where effects may be that this record can tell from nothing, on one leg of the robot or on all of it.
-pub(super) fn placements(
-    setting: Setting<'_>,
-    morphology: &Morphology,
-    only_leg: Option<usize>,
-) -> Vec<Placement> {
+/// Where effects may be that this record can tell from nothing.
+pub(super) fn placements(setting: Setting<'_>, morphology: &Morphology) -> Vec<Placement> {
     let record = setting.observation.record;
     let mut placements = everywhere(setting, morphology);
-    placements.retain(|placed| {
-        !record.hides(placed.effect) && only_leg.is_none_or(|leg| placed.place.leg() == leg)
-    });
+    placements.retain(|placed| !record.hides(placed.effect));
     placements
 }
 

@@ -47,7 +47,7 @@ impl<'a> Search<'a, '_> {
         for judged in bare.chain(extended.take(self.effort.extended)) {
             let on = screened
                 .iter()
-                .find(|on| Arc::ptr_eq(&on.base, &judged.base) && on.base.only_leg.is_none());
+                .find(|on| Arc::ptr_eq(&on.base, &judged.base));
             let of_whole = fitted.iter().filter(|one| {
                 let hypothesis = one.hypothesis();
                 hypothesis.is_same(judged.hypothesis())
@@ -142,7 +142,7 @@ mod tests {
         let healthy = Morphology::healthy(&robot.layout());
         let nominal = WalkModel::nominal(robot, Gait::tripod(), SimulationSettings::default());
         with_search(&record, &nominal, |search| {
-            let base = Base::new(search.setting, &healthy, LostLinks::Absent, 0.0, None);
+            let base = Base::new(search.setting, &healthy, LostLinks::Absent, 0.0);
             let base = Arc::new(base.unwrap());
             let walker = base.with(Vec::new());
             let fit = base.fit(&walker);

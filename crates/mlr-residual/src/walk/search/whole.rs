@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{
     Judged, Search, base::Base, kept_bare, proposals::Screened, race::likeliest, screening,
-    sort_judged,
+    sort_judged, weighing::Weighed,
 };
 use crate::walk::{evidence::Fit, hypothesis::Walker};
 
@@ -79,7 +79,6 @@ impl<'a> Search<'a, '_> {
         sort_judged(&mut running);
         let screened: Vec<Screened<'a>> = bases
             .iter()
-            .filter(|(_, whole)| whole.only_leg.is_none())
             .take(SCREENED)
             .map(|(_, whole)| Screened {
                 starts: screening::starts_of_sensing(whole),
@@ -95,6 +94,25 @@ impl<'a> Search<'a, '_> {
         let with_fewer = best.map(|best| self.with_fewer_effects(best));
         ranked.extend(with_fewer.into_iter().flatten());
         ranked
+    }
+
+    /// These hypotheses, and the likeliest one without each of its effects, as far as that was not weighed.
+    pub(super) fn with_fewer_than_the_likeliest(&self, mut weighed: Weighed<'a>) -> Weighed<'a> {
+        let all = weighed.all();
+        let Some(likeliest) = all.first() else {
+            return weighed;
+        };
+        if likeliest.hypothesis().effects.len() < 2 {
+            return weighed;
+        }
+        let mut fewer = self.with_fewer_effects(likeliest);
+        fewer.retain(|one| {
+            let mut weighed = all.iter().filter(|other| other.is_weighed());
+            !weighed.any(|other| other.is_same(one))
+        });
+        self.progress.expect_more(fewer.len());
+        self.weigh_too(&mut weighed, fewer, std::slice::from_ref(likeliest));
+        weighed
     }
 
     /// A hypothesis without all of its effects, and without one of several, begun from the parameters
