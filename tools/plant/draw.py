@@ -243,6 +243,11 @@ def truth(intact, plant, found, walk):
     return entry | ({"start_s": plant.start, "damage_s": plant.damage_s} if plant.damage_s > 0.0 else {})
 
 
+def truths_before(known, first):
+    """What an earlier call wrote of the logs before this one; nothing where a set begins anew."""
+    return json.loads(known.read_text()) if first > 0 and known.exists() else {}
+
+
 def trace(plain, intact, walk, noise, siblings):
     """What the effects of a walk change of roll, pitch and yaw while the robot walks, in degrees.
 
@@ -311,10 +316,8 @@ def main():
     parser.add_argument("--without-effects", action="store_true", help="the same robots with nothing wrong but lost links")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    truths, began = {}, time.monotonic()
-    known = args.output / "truth.json"
-    if args.first > 0 and known.exists():
-        truths = json.loads(known.read_text())
+    known, began = args.output / "truth.json", time.monotonic()
+    truths = truths_before(known, args.first)
     for index in range(args.first, args.count):
         entropy = [args.seed, list(SETS).index(args.set), index]
         rng = np.random.default_rng(entropy)

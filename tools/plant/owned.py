@@ -72,10 +72,8 @@ def main():
     parser.add_argument("-o", "--output", type=Path, required=True)
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    truths, began = {}, time.monotonic()
-    known = args.output / "truth.json"
-    if args.first > 0 and known.exists():
-        truths = json.loads(known.read_text())
+    known, began = args.output / "truth.json", time.monotonic()
+    truths = draw.truths_before(known, args.first)
     for index in range(args.first, args.count):
         walks, truth = robot(args.seed, index, args.set, args.joints)
         for name, walk in walks.items():

@@ -53,8 +53,9 @@ impl<'a> Base<'a> {
         lost_links: LostLinks,
         ln_prior: f64,
     ) -> Option<Self> {
-        let state = (morphology, lost_links);
-        Self::begun_as_described(setting, state, FIRST_STEPS, ln_prior)
+        let walker = setting.bare(morphology, lost_links);
+        let described = walker.described(&[]);
+        Self::begun(&walker, setting, described, FIRST_STEPS, ln_prior)
     }
 
     /// As described, on no step; `None` when it does not walk.
@@ -64,22 +65,13 @@ impl<'a> Base<'a> {
         lost_links: LostLinks,
         ln_prior: f64,
     ) -> Option<Self> {
-        Self::begun_as_described(setting, (morphology, lost_links), 0, ln_prior)
+        let walker = setting.bare(morphology, lost_links);
+        Self::begun(&walker, setting, walker.described(&[]), 0, ln_prior)
     }
 
-    fn begun_as_described(
-        setting: Setting<'a>,
-        (morphology, lost_links): (&Morphology, LostLinks),
-        steps: usize,
-        ln_prior: f64,
-    ) -> Option<Self> {
-        let walker = setting.walker(Hypothesis {
-            morphology: morphology.clone(),
-            lost_links,
-            effects: Vec::new(),
-        });
-        let described = walker.described(&[]);
-        Self::begun(&walker, setting, described, steps, ln_prior)
+    /// Whether it is the robot with these links, the lost ones gone or locked.
+    pub(super) fn is_robot(&self, morphology: &Morphology, lost_links: LostLinks) -> bool {
+        self.morphology == *morphology && self.lost_links == lost_links
     }
 
     /// The robot of `walker`, so many steps on from these parameters.
@@ -197,22 +189,23 @@ impl<'a> Base<'a> {
         ln_evidence(&self.whitening, residual, z, &self.jacobian).0
     }
 
-    /// Logarithm of the evidence of another robot by a single walk from each of these points, the best: it is taken to
-    /// be as sensitive as this one to what robots of one make differ by, and to err as much. `None` where none walks.
+    /// Logarithm of the evidence of another robot by a single walk from each of these points, the best, and that point: it
+    /// is taken to be as sensitive as this one to what robots of one make differ by, and to err as much. `None` where none
+    /// walks.
     pub(crate) fn ln_evidence_of_other(
         &self,
         other: &Walker<'_>,
         points: impl IntoIterator<Item = DVector<f64>>,
-    ) -> Option<f64> {
+    ) -> Option<(f64, DVector<f64>)> {
         let jacobian = other.with_slopes_of(&self.with(Vec::new()), &self.jacobian);
         let slopes = self.whitening.apply(&jacobian);
         let ln_evidences = points.into_iter().filter_map(|z| {
-            let walked = other.walk(z)?;
+            let walked = other.walk(z.clone())?;
             let simulated = Simulated::of(&walked, slopes.clone(), &self.whitening);
             let linear = simulated.with(&[], other, false);
-            Some(linear.ln_evidence(&self.whitening).0)
+            Some((linear.ln_evidence(&self.whitening).0, z))
         });
-        ln_evidences.max_by(f64::total_cmp)
+        ln_evidences.max_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
     /// The hypothesis that this robot has these effects.
@@ -233,6 +226,15 @@ impl<'a> Base<'a> {
 }
 
 impl<'a> Setting<'a> {
+    /// The hypothesis that this robot has no effects.
+    pub(super) fn bare(&self, morphology: &Morphology, lost_links: LostLinks) -> Walker<'a> {
+        self.walker(Hypothesis {
+            morphology: morphology.clone(),
+            lost_links,
+            effects: Vec::new(),
+        })
+    }
+
     pub(crate) fn walker(&self, hypothesis: Hypothesis) -> Walker<'a> {
         Walker::new(hypothesis, self.observation, self.nuisance, self.nominal)
     }

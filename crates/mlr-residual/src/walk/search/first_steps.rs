@@ -4,7 +4,6 @@ use mlr_model::{LostLinks, Morphology};
 use rayon::prelude::*;
 
 use super::{Search, Suspect, base::Base};
-use crate::walk::hypothesis::Hypothesis;
 
 /// A morphology, and what became of its lost links.
 pub(super) type State = (Suspect, LostLinks);
@@ -95,14 +94,10 @@ impl<'a> Search<'a, '_> {
         let Some(like) = known.iter().min_by_key(unlike) else {
             return Some(0.0);
         };
-        let walker = self.beginning.walker(Hypothesis {
-            morphology: suspect.morphology.clone(),
-            lost_links: *lost_links,
-            effects: Vec::new(),
-        });
+        let walker = self.beginning.bare(&suspect.morphology, *lost_links);
         let found = walker.with_parameters_of(&like.with(Vec::new()), &like.reference.z);
         let starts = [walker.described(&[]), found];
-        let ln_evidence = like.ln_evidence_of_other(&walker, starts)?;
+        let (ln_evidence, _) = like.ln_evidence_of_other(&walker, starts)?;
         Some(ln_evidence + self.ln_prior(suspect.ln_prior, &walker))
     }
 }

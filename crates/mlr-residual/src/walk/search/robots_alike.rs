@@ -51,9 +51,8 @@ impl<'a> Search<'a, '_> {
         }
         let weighed_robots = robots_weighed(&all);
         let is_weighed = |(suspect, lost_links): &State| {
-            weighed_robots
-                .iter()
-                .any(|base| base.morphology == suspect.morphology && base.lost_links == *lost_links)
+            let mut robots = weighed_robots.iter();
+            robots.any(|base| base.is_robot(&suspect.morphology, *lost_links))
         };
         let states: Vec<State> = alike(&likeliest.base.morphology)
             .into_iter()
@@ -120,11 +119,7 @@ impl<'a> Search<'a, '_> {
             walker.with_parameters_of(&likeliest.walker, z),
             walker.described(&values),
         ];
-        let each = points.into_iter().filter_map(|z| {
-            let ln_evidence = likeliest.base.ln_evidence_of_other(&walker, [z.clone()])?;
-            Some((ln_evidence, z))
-        });
-        let (ln_evidence, z) = each.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (ln_evidence, z) = likeliest.base.ln_evidence_of_other(&walker, points)?;
         Some(Alike {
             ln_prior: suspect.ln_prior,
             ln_promise: ln_evidence + self.ln_prior(suspect.ln_prior, &walker),
@@ -136,10 +131,12 @@ impl<'a> Search<'a, '_> {
     /// That robot without the effects and with them.
     fn with_and_without_effects(&self, alike: &Alike<'a>, fit: &Fit) -> Vec<Judged<'a>> {
         let known = &alike.walker;
-        let bare = self.setting.walker(Hypothesis {
-            effects: Vec::new(),
-            ..known.hypothesis.clone()
-        });
+        let Hypothesis {
+            morphology,
+            lost_links,
+            ..
+        } = &known.hypothesis;
+        let bare = self.setting.bare(morphology, *lost_links);
         let z = bare.with_parameters_of(known, &fit.walked.z);
         let base = Base::at_walk(&bare, self.setting, z, alike.ln_prior)
             .and_then(|base| base.scattered(self.of_means, self.generator));

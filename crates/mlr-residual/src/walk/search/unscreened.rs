@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use mlr_model::{LostLinks, Morphology};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
@@ -30,10 +31,8 @@ const ROBOTS: usize = 3;
 struct Unscreened<'b, 'a> {
     /// It is as sensitive to what robots of one make differ by as this one, and errs as much.
     like: &'b Base<'a>,
-    morphology: Morphology,
+    suspect: Suspect,
     lost_links: LostLinks,
-    /// Logarithm of its prior probability.
-    ln_prior: f64,
     /// Where the effect is: without one on a restored leg, this is another robot.
     at: Part,
 }
@@ -50,9 +49,9 @@ enum Part {
 struct Candidate<'b, 'a> {
     robot: &'b Unscreened<'b, 'a>,
     walker: Walker<'a>,
-    /// Of the effect's parameters.
-    values: Vec<f64>,
-    /// Logarithm of its weight by a single walk.
+    /// As described, with the values of the effect by which a single walk is likeliest.
+    z: DVector<f64>,
+    /// Logarithm of its weight by that walk.
     ln_promise: f64,
 }
 
@@ -77,9 +76,8 @@ impl<'a> Search<'a, '_> {
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         let mut judged: Vec<Judged<'a>> = Vec::new();
         for (_, robot, walker, fit) in fitted {
-            let is_it = |base: &&Arc<Base<'a>>| {
-                base.morphology == robot.morphology && base.lost_links == robot.lost_links
-            };
+            let is_it =
+                |base: &&Arc<Base<'a>>| base.is_robot(&robot.suspect.morphology, robot.lost_links);
             let base = match bases.iter().find(is_it) {
                 Some(base) => Arc::clone(base),
                 None if bases.len() < ROBOTS => {
@@ -118,16 +116,12 @@ impl<'a> Search<'a, '_> {
         self.progress.expect_more(promising.len());
         let fitted = promising.into_par_iter().filter_map(|one| {
             let Candidate {
-                robot,
-                walker,
-                values,
-                ..
+                robot, walker, z, ..
             } = one;
-            let whitening = &robot.like.whitening;
-            let fit = walker.fitted(walker.described(&[values]), whitening, LAST_STEPS);
+            let fit = walker.fitted(z, &robot.like.whitening, LAST_STEPS);
             self.progress.advance();
             let fit = fit?;
-            let ln_weight = fit.ln_evidence + self.ln_prior(robot.ln_prior, &walker);
+            let ln_weight = fit.ln_evidence + self.ln_prior(robot.suspect.ln_prior, &walker);
             (ln_weight >= least).then_some((ln_weight, robot, walker, fit))
         });
         fitted.collect()
@@ -135,7 +129,7 @@ impl<'a> Search<'a, '_> {
 
     /// Every effect that the robot may have, the most promising first.
     fn candidates_on<'b>(&self, robot: &'b Unscreened<'b, 'a>) -> Vec<Candidate<'b, 'a>> {
-        let mut placements = placements(self.beginning, &robot.morphology);
+        let mut placements = placements(self.beginning, &robot.suspect.morphology);
         placements.retain(|placement| robot.at.holds(placement.place));
         let mut candidates: Vec<Candidate<'b, 'a>> = placements
             .into_par_iter()
@@ -152,29 +146,29 @@ impl<'a> Search<'a, '_> {
         placement: Placement,
     ) -> Option<Candidate<'b, 'a>> {
         let walker = self.beginning.walker(Hypothesis {
-            morphology: robot.morphology.clone(),
+            morphology: robot.suspect.morphology.clone(),
             lost_links: robot.lost_links,
             effects: vec![placement],
         });
         let Placement { effect, place } = placement;
         let record = self.beginning.observation.record;
         let starts = effect.starts(place, self.beginning.nominal, record);
-        let walked = starts.into_iter().filter_map(|values| {
-            let described = walker.described(std::slice::from_ref(&values));
-            let ln_evidence = robot.like.ln_evidence_of_other(&walker, [described])?;
-            Some(Candidate {
-                robot,
-                ln_promise: ln_evidence + self.ln_prior(robot.ln_prior, &walker),
-                walker: walker.clone(),
-                values,
-            })
-        });
-        walked.max_by(|a, b| a.ln_promise.total_cmp(&b.ln_promise))
+        let points = starts.into_iter().map(|values| walker.described(&[values]));
+        let (ln_evidence, z) = robot.like.ln_evidence_of_other(&walker, points)?;
+        Some(Candidate {
+            robot,
+            ln_promise: ln_evidence + self.ln_prior(robot.suspect.ln_prior, &walker),
+            walker,
+            z,
+        })
     }
 
     fn base_of(&self, robot: &Unscreened<'_, 'a>) -> Option<Base<'a>> {
-        let (morphology, lost_links) = (&robot.morphology, robot.lost_links);
-        Base::as_described(self.beginning, morphology, lost_links, robot.ln_prior)?
+        let Suspect {
+            morphology,
+            ln_prior,
+        } = &robot.suspect;
+        Base::as_described(self.beginning, morphology, robot.lost_links, *ln_prior)?
             .scattered(self.beginning_of_means, self.generator)
     }
 
@@ -184,9 +178,8 @@ impl<'a> Search<'a, '_> {
         screened: &[Screened<'a>],
     ) -> Vec<Unscreened<'b, 'a>> {
         let is_screened = |(suspect, lost_links): &State| {
-            screened.iter().any(|on| {
-                on.base.morphology == suspect.morphology && on.base.lost_links == *lost_links
-            })
+            let mut robots = screened.iter().map(|on| &on.base);
+            robots.any(|base| base.is_robot(&suspect.morphology, *lost_links))
         };
         let weight = |base: &Base<'a>| self.ln_weight_of(base);
         let least = begun.first().map_or(0.0, weight) - self.hopeless();
@@ -210,22 +203,15 @@ impl<'a> Search<'a, '_> {
                 let is_known = wanted.iter().any(|one| {
                     let (suspect, lost_links) = &state;
                     one.at == at
-                        && one.morphology == suspect.morphology
+                        && one.suspect.morphology == suspect.morphology
                         && one.lost_links == *lost_links
                 });
                 if !is_screened(&state) && !is_known {
-                    let (
-                        Suspect {
-                            morphology,
-                            ln_prior,
-                        },
-                        lost_links,
-                    ) = state;
+                    let (suspect, lost_links) = state;
                     wanted.push(Unscreened {
                         like,
-                        morphology,
+                        suspect,
                         lost_links,
-                        ln_prior,
                         at,
                     });
                 }
@@ -302,7 +288,7 @@ mod tests {
             };
             let on = |morphology: &Morphology, lost_links, leg| {
                 let robot = robots.iter().find(|one| {
-                    one.morphology == *morphology
+                    one.suspect.morphology == *morphology
                         && one.lost_links == lost_links
                         && one.at == Part::Leg(leg)
                 });

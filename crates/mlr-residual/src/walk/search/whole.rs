@@ -9,7 +9,10 @@ use super::{
     Judged, Search, base::Base, kept_bare, proposals::Screened, race::likeliest, screening,
     sort_judged, weighing::Weighed,
 };
-use crate::walk::{evidence::Fit, hypothesis::Walker};
+use crate::walk::{
+    evidence::Fit,
+    hypothesis::{Placement, Walker},
+};
 
 /// Hypotheses with effects that are fitted over the whole stretch.
 const MOST: usize = 6;
@@ -91,7 +94,7 @@ impl<'a> Search<'a, '_> {
         let mut ranked = self.each(running, |one| Some(self.advanced(one)));
         sort_judged(&mut ranked);
         let best = ranked.iter().find(|judged| !judged.hypothesis().is_bare());
-        let with_fewer = best.map(|best| self.with_fewer_effects(best));
+        let with_fewer = best.map(|best| self.with_fewer_effects(best, |_| true));
         ranked.extend(with_fewer.into_iter().flatten());
         ranked
     }
@@ -105,11 +108,15 @@ impl<'a> Search<'a, '_> {
         if likeliest.hypothesis().effects.len() < 2 {
             return weighed;
         }
-        let mut fewer = self.with_fewer_effects(likeliest);
-        fewer.retain(|one| {
-            let mut weighed = all.iter().filter(|other| other.is_weighed());
-            !weighed.any(|other| other.is_same(one))
-        });
+        let on_its_robot =
+            |one: &&Judged<'a>| one.is_weighed() && Arc::ptr_eq(&one.base, &likeliest.base);
+        let weighed_before: Vec<&[Placement]> = all
+            .iter()
+            .filter(on_its_robot)
+            .map(|one| one.hypothesis().effects.as_slice())
+            .collect();
+        let is_new = |effects: &[Placement]| !weighed_before.contains(&effects);
+        let fewer = self.with_fewer_effects(likeliest, is_new);
         self.progress.expect_more(fewer.len());
         self.weigh_too(&mut weighed, fewer, std::slice::from_ref(likeliest));
         weighed
@@ -117,7 +124,11 @@ impl<'a> Search<'a, '_> {
 
     /// A hypothesis without all of its effects, and without one of several, begun from the parameters
     /// that were found with them: effects get no credit for a better search of these.
-    fn with_fewer_effects(&self, judged: &Judged<'a>) -> Vec<Judged<'a>> {
+    fn with_fewer_effects(
+        &self,
+        judged: &Judged<'a>,
+        is_wanted: impl Fn(&[Placement]) -> bool,
+    ) -> Vec<Judged<'a>> {
         let (base, known) = (&judged.base, &judged.walker);
         let z = &judged.fit.walked.z;
         let values = known.values(z);
@@ -127,12 +138,16 @@ impl<'a> Search<'a, '_> {
         if count > 1 {
             kept.push(Vec::new());
         }
+        let effects_of = |kept: &[usize]| -> Vec<Placement> {
+            let each = kept.iter().map(|k| known.hypothesis.effects[*k]);
+            each.collect()
+        };
+        kept.retain(|kept| is_wanted(&effects_of(kept)));
         self.progress.expect_more(kept.len());
         kept.into_par_iter()
             .filter_map(|kept| {
-                let effects = kept.iter().map(|k| known.hypothesis.effects[*k]).collect();
                 let values: Vec<Vec<f64>> = kept.iter().map(|k| values[*k].clone()).collect();
-                let walker = base.with(effects);
+                let walker = base.with(effects_of(&kept));
                 let nuisances = z.rows(0, walker.nuisances()).clone_owned();
                 let without = nuisances.resize_vertically(walker.dimension(), 0.0);
                 let without = walker.with_values(without, &values);
