@@ -70,48 +70,62 @@ pub fn calibrate_walk(
         [single, means].map(|of| Observation::new(record, of, period_s));
     let [whole, mean_whole] = [single, means].map(|of| Observation::of_whole(record, of, period_s));
 
-    let setting_of_first = setting(&first_stretch);
-    let base = Base::new(setting_of_first, &morphology, LostLinks::Absent, 0.0)
+    let base = Base::new(setting(&first_stretch), &morphology, LostLinks::Absent, 0.0)
         .and_then(|base| base.settled())
         .ok_or(WalkError::Diverged)?;
     progress.advance();
-    let mean = |base: &Base<'_>, of_means: &Observation<'_>| -> Result<Fit, WalkError> {
-        let walker = base.with(Vec::new());
-        let mut walks = base.mean_walks(of_means, generator);
-        let fit = walks.average_of_one(&walker, &base.fit(&walker), progress);
-        fit.ok_or(WalkError::Diverged)
-    };
-    let of_first_stretch = mean(&base, &mean_first_stretch)?;
+    let of_first_stretch = fit_of_mean(&base, &mean_first_stretch, generator, progress)?;
+    let [error_before, error_after] = errors_before_and_after(record, &base, &of_first_stretch)?;
+
+    let base = base.at_point(setting(&whole), of_first_stretch.walked.z);
+    let base = base.ok_or(WalkError::Diverged)?;
+    let fit = fit_of_mean(&base, &mean_whole, generator, progress)?;
+    let walker = base.with(Vec::new());
+    let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
+    let bias = settings.nuisance.engine_bias;
+    Ok(CalibratedRobot {
+        robot: posterior.applied_to(&nominal.robot)?,
+        day: posterior.day(),
+        tail_probability: tail_probability(&posterior.nuisances, &fit, bias),
+        error_before,
+        error_after,
+    })
+}
+
+/// The robot's most probable parameters by the mean of its walks.
+fn fit_of_mean(
+    base: &Base<'_>,
+    of_means: &Observation<'_>,
+    generator: &ChaCha8Rng,
+    progress: &dyn Progress,
+) -> Result<Fit, WalkError> {
+    let walker = base.with(Vec::new());
+    let mut walks = base.mean_walks(of_means, generator);
+    let fit = walks.average_of_one(&walker, &base.fit(&walker), progress);
+    fit.ok_or(WalkError::Diverged)
+}
+
+/// Errors of the robot as described, and as fitted.
+fn errors_before_and_after(
+    record: &WalkRecord,
+    base: &Base<'_>,
+    fit: &Fit,
+) -> Result<[StretchErrors; 2], WalkError> {
     let walker = base.with(Vec::new());
     let mut described = walker.described(&[]);
     // Time has no zero: the start of the walk is part of the comparison.
-    described[0] = of_first_stretch.walked.z[0];
+    described[0] = fit.walked.z[0];
+    let samples = record.times_s().len();
     let errors = |model: &WalkModel| -> Result<StretchErrors, WalkError> {
-        let samples = record.times_s().len();
-        let walked = model.walk(&morphology, record, samples)?;
+        let walked = model.walk(&base.morphology, record, samples)?;
         let body = walked.ok_or(WalkError::Diverged)?;
         let residual_deg = residual_deg(record, &model.observe(&body, record, samples));
         Ok(stretch_errors(record, &residual_deg, Corrected::Heading).0)
     };
-    let error_before = errors(&walker.model(&described))?;
-    let error_after = errors(&of_first_stretch.walked.model)?;
-
-    let base = base.at_point(setting(&whole), of_first_stretch.walked.z);
-    let base = base.ok_or(WalkError::Diverged)?;
-    let fit = mean(&base, &mean_whole)?;
-    let walker = base.with(Vec::new());
-    let posterior = Posterior::new(&walker, &fit, &nuisance, record, settings);
-    Ok(CalibratedRobot {
-        robot: posterior.applied_to(&nominal.robot)?,
-        day: posterior.day(),
-        tail_probability: tail_probability(
-            &posterior.nuisances,
-            &fit,
-            settings.nuisance.engine_bias,
-        ),
-        error_before,
-        error_after,
-    })
+    Ok([
+        errors(&walker.model(&described))?,
+        errors(&fit.walked.model)?,
+    ])
 }
 
 /// What a walk tells of the nuisance parameters, in standard deviations of the make.
