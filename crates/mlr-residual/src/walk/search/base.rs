@@ -189,25 +189,6 @@ impl<'a> Base<'a> {
         ln_evidence(&self.whitening, residual, z, &self.jacobian).0
     }
 
-    /// Logarithm of the evidence of another robot by a single walk from each of these points, the best, and that point: it
-    /// is taken to be as sensitive as this one to what robots of one make differ by, and to err as much. `None` where none
-    /// walks.
-    pub(crate) fn ln_evidence_of_other(
-        &self,
-        other: &Walker<'_>,
-        points: impl IntoIterator<Item = DVector<f64>>,
-    ) -> Option<(f64, DVector<f64>)> {
-        let jacobian = other.with_slopes_of(&self.with(Vec::new()), &self.jacobian);
-        let slopes = self.whitening.apply(&jacobian);
-        let ln_evidences = points.into_iter().filter_map(|z| {
-            let walked = other.walk(z.clone())?;
-            let simulated = Simulated::of(&walked, slopes.clone(), &self.whitening);
-            let linear = simulated.with(&[], other, false);
-            Some((linear.ln_evidence(&self.whitening).0, z))
-        });
-        ln_evidences.max_by(|(a, _), (b, _)| a.total_cmp(b))
-    }
-
     /// The hypothesis that this robot has these effects.
     pub(crate) fn with(&self, effects: Vec<Placement>) -> Walker<'a> {
         self.setting.walker(Hypothesis {

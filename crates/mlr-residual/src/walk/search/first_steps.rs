@@ -97,8 +97,8 @@ impl<'a> Search<'a, '_> {
         let walker = self.beginning.bare(&suspect.morphology, *lost_links);
         let found = walker.with_parameters_of(&like.with(Vec::new()), &like.reference.z);
         let starts = [walker.described(&[]), found];
-        let (ln_evidence, _) = like.ln_evidence_of_other(&walker, starts)?;
-        Some(ln_evidence + self.ln_prior(suspect.ln_prior, &walker))
+        let promise = self.promise(like, suspect.ln_prior, walker, starts)?;
+        Some(promise.ln_weight)
     }
 }
 

@@ -8,6 +8,7 @@ mod first_steps;
 mod neighbours;
 mod other_robots;
 pub(crate) mod prior;
+mod promise;
 mod proposals;
 mod race;
 mod robots_alike;

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use mlr_model::Morphology;
-use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
@@ -11,29 +10,16 @@ use super::{
     base::Base,
     first_steps::{State, states_of},
     other_robots::robots_weighed,
+    promise::{Kept, Promise},
     unscreened::with_leg_restored,
     weighing::Weighed,
 };
-use crate::walk::{
-    evidence::Fit,
-    hypothesis::{Hypothesis, Walker},
-};
+use crate::walk::hypothesis::Hypothesis;
 
 /// Robots that are fitted, of those that promise most by single walks.
 const FITTED: usize = 3;
 /// Steps of such a fit, at most.
 const STEPS: usize = 3;
-
-/// A robot with the effects of the likeliest hypothesis.
-struct Alike<'a> {
-    /// Logarithm of its prior probability.
-    ln_prior: f64,
-    walker: Walker<'a>,
-    /// Where a single walk is likelier of the parameters of the likeliest hypothesis and those described.
-    z: DVector<f64>,
-    /// Logarithm of its weight by that walk.
-    ln_promise: f64,
-}
 
 impl<'a> Search<'a, '_> {
     /// These hypotheses, and the effects of the likeliest one on the robot that they fit best, of those that differ from its
@@ -59,50 +45,39 @@ impl<'a> Search<'a, '_> {
             .flat_map(|morphology| states_of(self.suspect(morphology)))
             .filter(|state| state.0.ln_prior.is_finite() && !is_weighed(state))
             .collect();
-        self.progress.expect_more(states.len() + FITTED);
+        self.progress.expect_more(states.len());
         let promises = states.into_par_iter().filter_map(|state| {
-            let alike = self.by_single_walks_with_effects_of(likeliest, &state);
+            let promise = self.promise_with_effects_of(likeliest, &state);
             self.progress.advance();
-            alike
+            promise
         });
-        let mut promising: Vec<Alike<'a>> = promises.collect();
-        promising.sort_by(|a, b| b.ln_promise.total_cmp(&a.ln_promise));
-        promising.truncate(FITTED);
         // A single walk with the parameters of another robot says little of how well a robot fits.
-        let fitted = promising.into_par_iter().filter_map(|one| {
-            let whitening = &likeliest.base.whitening;
-            let fit = one.walker.fitted(one.z.clone(), whitening, STEPS);
-            self.progress.advance();
-            let fit = fit?;
-            let ln_weight = fit.ln_evidence + self.ln_prior(one.ln_prior, &one.walker);
-            Some((ln_weight, one, fit))
-        });
-        let best = fitted.max_by(|(a, ..), (b, ..)| a.total_cmp(b));
-        let Some((ln_weight, alike, fit)) = best else {
+        let kept = self.kept(promises.collect(), FITTED, STEPS);
+        let Some(best) = kept.first() else {
             return weighed;
         };
         let own = (
             self.suspect(likeliest.base.morphology.clone()),
             likeliest.base.lost_links,
         );
-        let own = self.by_single_walks_with_effects_of(likeliest, &own);
-        let least = own.map_or(f64::NEG_INFINITY, |own| own.ln_promise) - self.in_question();
-        if ln_weight > least {
+        let own = self.promise_with_effects_of(likeliest, &own);
+        let least = own.map_or(f64::NEG_INFINITY, |own| own.ln_weight) - self.in_question();
+        if best.ln_weight > least {
             self.progress.expect_more(1);
-            let with = self.with_and_without_effects(&alike, &fit);
+            let with = self.with_and_without_effects(best);
             self.progress.advance();
             self.weigh_too(&mut weighed, with, &[]);
         }
         weighed
     }
 
-    /// A robot with the effects of the likeliest hypothesis, by single walks: it is taken to be as sensitive as the
-    /// likeliest robot, and to err as much. `None` where it cannot have these effects, or does not walk.
-    fn by_single_walks_with_effects_of(
+    /// What a robot promises with the effects of the likeliest hypothesis, with the parameters of that and as described.
+    /// `None` where it cannot have these effects, or does not walk.
+    fn promise_with_effects_of<'b>(
         &self,
-        likeliest: &Judged<'a>,
+        likeliest: &'b Judged<'a>,
         state: &State,
-    ) -> Option<Alike<'a>> {
+    ) -> Option<Promise<'b, 'a>> {
         let (suspect, lost_links) = state;
         let effects = &likeliest.hypothesis().effects;
         if !self.may_have(&suspect.morphology, effects) {
@@ -119,18 +94,17 @@ impl<'a> Search<'a, '_> {
             walker.with_parameters_of(&likeliest.walker, z),
             walker.described(&values),
         ];
-        let (ln_evidence, z) = likeliest.base.ln_evidence_of_other(&walker, points)?;
-        Some(Alike {
-            ln_prior: suspect.ln_prior,
-            ln_promise: ln_evidence + self.ln_prior(suspect.ln_prior, &walker),
-            walker,
-            z,
-        })
+        self.promise(&likeliest.base, suspect.ln_prior, walker, points)
     }
 
     /// That robot without the effects and with them.
-    fn with_and_without_effects(&self, alike: &Alike<'a>, fit: &Fit) -> Vec<Judged<'a>> {
-        let known = &alike.walker;
+    fn with_and_without_effects(&self, alike: &Kept<'a>) -> Vec<Judged<'a>> {
+        let Kept {
+            ln_robot,
+            walker: known,
+            fit,
+            ..
+        } = alike;
         let Hypothesis {
             morphology,
             lost_links,
@@ -138,7 +112,7 @@ impl<'a> Search<'a, '_> {
         } = &known.hypothesis;
         let bare = self.setting.bare(morphology, *lost_links);
         let z = bare.with_parameters_of(known, &fit.walked.z);
-        let base = Base::at_walk(&bare, self.setting, z, alike.ln_prior)
+        let base = Base::at_walk(&bare, self.setting, z, *ln_robot)
             .and_then(|base| base.scattered(self.of_means, self.generator));
         let Some(base) = base.map(Arc::new) else {
             return Vec::new();

@@ -4,21 +4,18 @@
 use std::sync::Arc;
 
 use mlr_model::{LostLinks, Morphology};
-use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
     Judged, Search, Suspect,
     base::Base,
     first_steps::{State, states_of},
+    promise::{Kept, Promise, sort_promises},
     proposals::Screened,
     race::LAST_STEPS,
     screening::placements,
 };
-use crate::walk::{
-    evidence::Fit,
-    hypothesis::{Hypothesis, Placement, Walker},
-};
+use crate::walk::hypothesis::{Hypothesis, Placement};
 use crate::walk_effects::Place;
 
 /// Hypotheses that are fitted, and of each robot.
@@ -45,16 +42,6 @@ enum Part {
     Robot,
 }
 
-/// A hypothesis on one of these robots.
-struct Candidate<'b, 'a> {
-    robot: &'b Unscreened<'b, 'a>,
-    walker: Walker<'a>,
-    /// As described, with the values of the effect by which a single walk is likeliest.
-    z: DVector<f64>,
-    /// Logarithm of its weight by that walk.
-    ln_promise: f64,
-}
-
 impl<'a> Search<'a, '_> {
     /// Hypotheses on robots on which no effect is `screened`, fitted, as far as they may still win against `best`, the
     /// logarithm of the weight of the most promising effect so far. `begun` are the robots that took the first steps, the
@@ -71,17 +58,35 @@ impl<'a> Search<'a, '_> {
     ) -> Vec<Judged<'a>> {
         let least = best - self.hopeless();
         let robots = self.unscreened(begun, screened);
-        let mut fitted = self.fitted_candidates(&robots, least);
-        fitted.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
+        self.progress.expect_more(robots.len());
+        let promises = robots.par_iter().flat_map(|robot| {
+            let mut on_it = self.promises_on(robot);
+            on_it.retain(|one| one.ln_weight >= least);
+            on_it.truncate(ON_EACH);
+            self.progress.advance();
+            on_it
+        });
+        let mut kept = self.kept(promises.collect(), MOST, LAST_STEPS);
+        kept.retain(|one| one.ln_weight >= least);
         let mut bases: Vec<Arc<Base<'a>>> = Vec::new();
         let mut judged: Vec<Judged<'a>> = Vec::new();
-        for (_, robot, walker, fit) in fitted {
-            let is_it =
-                |base: &&Arc<Base<'a>>| base.is_robot(&robot.suspect.morphology, robot.lost_links);
+        for Kept {
+            ln_robot,
+            walker,
+            fit,
+            ..
+        } in kept
+        {
+            let Hypothesis {
+                morphology,
+                lost_links,
+                effects,
+            } = walker.hypothesis;
+            let is_it = |base: &&Arc<Base<'a>>| base.is_robot(&morphology, lost_links);
             let base = match bases.iter().find(is_it) {
                 Some(base) => Arc::clone(base),
                 None if bases.len() < ROBOTS => {
-                    let Some(base) = self.base_of(robot) else {
+                    let Some(base) = self.scattered_base(&morphology, lost_links, ln_robot) else {
                         continue;
                     };
                     bases.push(Arc::new(base));
@@ -89,62 +94,42 @@ impl<'a> Search<'a, '_> {
                 }
                 None => continue,
             };
-            let walker = base.with(walker.hypothesis.effects);
+            let walker = base.with(effects);
             let fit = walker.integrated(fit.walked, fit.jacobian, &base.whitening);
             judged.push(self.judge(&base, walker, fit));
         }
         judged
     }
 
-    /// The most promising hypotheses, with the logarithm of the weight that a fit has.
-    fn fitted_candidates<'b>(
+    /// A robot as described, with errors of walks that scatter as its own.
+    fn scattered_base(
         &self,
-        robots: &'b [Unscreened<'b, 'a>],
-        least: f64,
-    ) -> Vec<(f64, &'b Unscreened<'b, 'a>, Walker<'a>, Fit)> {
-        self.progress.expect_more(robots.len());
-        let promising = robots.par_iter().flat_map(|robot| {
-            let mut candidates = self.candidates_on(robot);
-            candidates.retain(|one| one.ln_promise >= least);
-            candidates.truncate(ON_EACH);
-            self.progress.advance();
-            candidates
-        });
-        let mut promising: Vec<Candidate<'b, 'a>> = promising.collect();
-        promising.sort_by(|a, b| b.ln_promise.total_cmp(&a.ln_promise));
-        promising.truncate(MOST);
-        self.progress.expect_more(promising.len());
-        let fitted = promising.into_par_iter().filter_map(|one| {
-            let Candidate {
-                robot, walker, z, ..
-            } = one;
-            let fit = walker.fitted(z, &robot.like.whitening, LAST_STEPS);
-            self.progress.advance();
-            let fit = fit?;
-            let ln_weight = fit.ln_evidence + self.ln_prior(robot.suspect.ln_prior, &walker);
-            (ln_weight >= least).then_some((ln_weight, robot, walker, fit))
-        });
-        fitted.collect()
+        morphology: &Morphology,
+        lost_links: LostLinks,
+        ln_prior: f64,
+    ) -> Option<Base<'a>> {
+        Base::as_described(self.beginning, morphology, lost_links, ln_prior)?
+            .scattered(self.beginning_of_means, self.generator)
     }
 
     /// Every effect that the robot may have, the most promising first.
-    fn candidates_on<'b>(&self, robot: &'b Unscreened<'b, 'a>) -> Vec<Candidate<'b, 'a>> {
+    fn promises_on<'b>(&self, robot: &Unscreened<'b, 'a>) -> Vec<Promise<'b, 'a>> {
         let mut placements = placements(self.beginning, &robot.suspect.morphology);
         placements.retain(|placement| robot.at.holds(placement.place));
-        let mut candidates: Vec<Candidate<'b, 'a>> = placements
+        let promises = placements
             .into_par_iter()
-            .filter_map(|placement| self.likeliest_start(robot, placement))
-            .collect();
-        candidates.sort_by(|a, b| b.ln_promise.total_cmp(&a.ln_promise));
-        candidates
+            .filter_map(|placement| self.promise_of_starts(robot, placement));
+        let mut promises: Vec<Promise<'b, 'a>> = promises.collect();
+        sort_promises(&mut promises);
+        promises
     }
 
-    /// `None` where the robot does not walk with the effect.
-    fn likeliest_start<'b>(
+    /// What an effect promises from the likeliest of its starts, the robot as described. `None` where it does not walk.
+    fn promise_of_starts<'b>(
         &self,
-        robot: &'b Unscreened<'b, 'a>,
+        robot: &Unscreened<'b, 'a>,
         placement: Placement,
-    ) -> Option<Candidate<'b, 'a>> {
+    ) -> Option<Promise<'b, 'a>> {
         let walker = self.beginning.walker(Hypothesis {
             morphology: robot.suspect.morphology.clone(),
             lost_links: robot.lost_links,
@@ -152,24 +137,11 @@ impl<'a> Search<'a, '_> {
         });
         let Placement { effect, place } = placement;
         let record = self.beginning.observation.record;
-        let starts = effect.starts(place, self.beginning.nominal, record);
-        let points = starts.into_iter().map(|values| walker.described(&[values]));
-        let (ln_evidence, z) = robot.like.ln_evidence_of_other(&walker, points)?;
-        Some(Candidate {
-            robot,
-            ln_promise: ln_evidence + self.ln_prior(robot.suspect.ln_prior, &walker),
-            walker,
-            z,
-        })
-    }
-
-    fn base_of(&self, robot: &Unscreened<'_, 'a>) -> Option<Base<'a>> {
-        let Suspect {
-            morphology,
-            ln_prior,
-        } = &robot.suspect;
-        Base::as_described(self.beginning, morphology, robot.lost_links, *ln_prior)?
-            .scattered(self.beginning_of_means, self.generator)
+        let starts = effect
+            .starts(place, self.beginning.nominal, record)
+            .into_iter();
+        let points: Vec<_> = starts.map(|values| walker.described(&[values])).collect();
+        self.promise(robot.like, robot.suspect.ln_prior, walker, points)
     }
 
     fn unscreened<'b>(
@@ -282,8 +254,8 @@ mod tests {
             let begun = [taken_for];
             let robots = search.unscreened(&begun, &[]);
             let likeliest = |robot: &Unscreened<'_, '_>| {
-                let on_it = search.candidates_on(robot).into_iter();
-                let first = on_it.map(|one| (one.ln_promise, one.walker.hypothesis.effects));
+                let on_it = search.promises_on(robot).into_iter();
+                let first = on_it.map(|one| (one.ln_weight, one.walker.hypothesis.effects));
                 first.max_by(|a, b| a.0.total_cmp(&b.0))
             };
             let on = |morphology: &Morphology, lost_links, leg| {
