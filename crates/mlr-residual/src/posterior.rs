@@ -10,12 +10,17 @@ pub struct Posterior<T> {
 /// Logarithm of the mean of so many numbers by their logarithms. Those not given are negligible;
 /// minus infinity where all are.
 pub fn ln_mean(ln_numbers: impl Iterator<Item = f64> + Clone, count: usize) -> f64 {
+    ln_sum(ln_numbers) - (count as f64).ln()
+}
+
+/// Logarithm of the sum of numbers by their logarithms; minus infinity where all are negligible.
+pub(crate) fn ln_sum(ln_numbers: impl Iterator<Item = f64> + Clone) -> f64 {
     let greatest = ln_numbers.clone().fold(f64::NEG_INFINITY, f64::max);
     if !greatest.is_finite() {
         return f64::NEG_INFINITY;
     }
     let sum: f64 = ln_numbers.map(|ln| (ln - greatest).exp()).sum();
-    greatest + (sum / count as f64).ln()
+    greatest + sum.ln()
 }
 
 impl<T> Posterior<T> {

@@ -182,7 +182,8 @@ impl Report {
         let mut walks: Vec<&Walk> = self.walks.iter().collect();
         walks.sort_by(|a, b| a.walk.spread_deg.total_cmp(&b.walk.spread_deg));
         let mut text = "| log | morphology | lost links | effects | swing [°] | spread [°] | \
-                        roll, pitch, yaw left [°] | ln evidence |\n|:--|:--|:--|:--|--:|--:|:--|--:|\n"
+                        roll, pitch, yaw left [°] | ln evidence | by something unknown |\n\
+                        |:--|:--|:--|:--|--:|--:|:--|--:|--:|\n"
             .to_string();
         for Walk {
             log,
@@ -202,7 +203,7 @@ impl Report {
                 .each_ref()
                 .map(|axis| deviation(&axis[walking..]));
             text += &format!(
-                "| {log} | {morphology} | {} | {} | {:.2} | {:.2} | {:.2}, {:.2}, {:.2} | {:.1} |\n",
+                "| {log} | {morphology} | {} | {} | {:.2} | {:.2} | {:.2}, {:.2}, {:.2} | {:.1} | {} |\n",
                 if *locked { "locked" } else { "gone" },
                 effects.join(", "),
                 walk.swing_deg,
@@ -211,6 +212,8 @@ impl Report {
                 left[1],
                 left[2],
                 walk.ln_evidence,
+                walk.ln_gain_of_unknown
+                    .map_or_else(String::new, |ln_gain| format!("{ln_gain:+.1}")),
             );
         }
         text

@@ -71,6 +71,8 @@ pub struct CalibratedWalk {
     pub parameters: Vec<CalibratedParameter>,
     /// Logarithm of the evidence under the present discrepancy.
     pub ln_evidence: f64,
+    /// Logarithm of the factor by which something unknown would raise it, where a mean was taken.
+    pub ln_gain_of_unknown: Option<f64>,
 }
 
 /// A parameter as fitted.
@@ -129,7 +131,7 @@ impl CalibratedWalk {
         let Some(single) = fitted(&base, &walker) else {
             return Ok(None);
         };
-        let (fit, scatter) = match simulated {
+        let (fit, of_mean) = match simulated {
             Simulated::Once => (single, None),
             Simulated::Mean(generator) => {
                 let of_means = Observation::new(record, &settings.mean_discrepancy, period_s);
@@ -137,17 +139,24 @@ impl CalibratedWalk {
                 let Some(fit) = walks.average_of_one(&walker, &single, &()) else {
                     return Ok(None);
                 };
-                (fit, walks.scattered())
+                let usual = walks.whitening();
+                let ln_gain = fit.ln_gain_of_unknown(usual, &of_means.with_unknown(usual));
+                (fit, Some((walks.scattered(), ln_gain)))
             }
         };
-        Ok(Some(Self::of(
+        let (scatter, ln_gain_of_unknown) = of_mean.unzip();
+        let walk = Self::of(
             record,
             &observation,
             &base,
             &walker,
             &fit,
-            scatter.as_ref(),
-        )))
+            scatter.flatten().as_ref(),
+        );
+        Ok(Some(Self {
+            ln_gain_of_unknown,
+            ..walk
+        }))
     }
 
     fn of(
@@ -203,6 +212,7 @@ impl CalibratedWalk {
                 })
                 .collect(),
             ln_evidence: fit.ln_evidence,
+            ln_gain_of_unknown: None,
         }
     }
 }

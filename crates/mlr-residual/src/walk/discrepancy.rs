@@ -33,6 +33,10 @@ pub struct Discrepancy {
     /// scale is anything from 1 up.
     #[serde(default)]
     pub missed_share: f64,
+    /// Robots whose errors are of another kind, as something unknown would make them; none where a table has none. Counts
+    /// only where means of walks are compared.
+    #[serde(default)]
+    pub missed_otherwise: Option<MissedOtherwise>,
     /// Error of the rates at rest, degrees per second.
     pub rest_rate_dps: f64,
     /// Share of the errors that count as independent evidence. The process is no better than what it
@@ -87,6 +91,18 @@ pub struct TurningDiscrepancy {
     pub share: f64,
     /// As a share of how far their rates of turning spread.
     pub spread_share: f64,
+}
+
+/// Share of robots whose walk the engine misses as something unknown would make it: the more, the farther robots of one make
+/// spread in it (`tools/plant/missed.py`).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct MissedOtherwise {
+    /// Where they spread so far, half of them are missed, degrees.
+    pub half_at_deg: f64,
+    /// The odds to be missed grow with this power of the spread.
+    pub power: f64,
 }
 
 /// A standard deviation that grows with how far the body swings, and with how far robots of one
@@ -159,6 +175,16 @@ impl Discrepancy {
             0.0..=1e3,
             "",
         )?;
+        if let Some(missed) = &self.missed_otherwise {
+            let half_at_deg = missed.half_at_deg;
+            check(
+                "missed_otherwise.half_at_deg",
+                half_at_deg,
+                1e-6..=1e6,
+                "degrees",
+            )?;
+            check("missed_otherwise.power", missed.power, 0.0..=10.0, "")?;
+        }
         let spread_deg = self.largest_spread_deg;
         check("largest_spread_deg", spread_deg, 1e-3..=1e3, "degrees")?;
         check("missed_share", self.missed_share, 0.0..=0.5, "")?;
@@ -234,6 +260,14 @@ impl AxisDiscrepancy {
     }
 }
 
+impl MissedOtherwise {
+    /// Where robots of one make spread so far.
+    pub(crate) fn share(self, spread: Spread) -> f64 {
+        let odds = libm::pow(spread.tilt_deg / self.half_at_deg, self.power);
+        odds / (1.0 + odds)
+    }
+}
+
 impl Amplitude {
     fn check(self) -> Result<(), SettingError> {
         let check = SettingError::check::<f64>;
@@ -280,5 +314,22 @@ mod tests {
             let of_missed = missed_share / 11.0;
             assert!((ln_probability.exp() - of_missed).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn more_robots_are_missed_where_they_spread_more() {
+        let missed = MissedOtherwise {
+            half_at_deg: 10.0,
+            power: 0.5,
+        };
+        let share = |tilt_deg: f64| {
+            missed.share(Spread {
+                tilt_deg,
+                ..Spread::default()
+            })
+        };
+        assert!((share(10.0) - 0.5).abs() < 1e-12);
+        assert_eq!(share(0.0), 0.0);
+        assert!((share(0.1) - 0.1 / 1.1).abs() < 1e-12);
     }
 }

@@ -9,7 +9,10 @@ use super::{
     linear_model::{LinearModel, NormalEquations, Step},
     observation::{GROUPS, Whitening},
 };
-use crate::laplace::{self, ln_volume};
+use crate::{
+    laplace::{self, ln_volume},
+    ln_mean,
+};
 
 /// A hypothesis at its most probable parameters.
 #[derive(Debug, Clone)]
@@ -198,6 +201,17 @@ impl Fit {
     /// Covariance of the coordinates.
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
         laplace::covariance(self.curvature.clone())
+    }
+
+    /// Logarithm of the factor by which errors that are not the usual ones raise the evidence: its mean over the ways in
+    /// which something unknown may act.
+    pub(crate) fn ln_gain_of_unknown(&self, usual: &Whitening, with_unknown: &[Whitening]) -> f64 {
+        let ln = |whitening: &Whitening| {
+            let coordinates = &self.walked.z;
+            let model = LinearModel::new(whitening, &self.residual, coordinates, &self.jacobian);
+            model.ln_evidence(whitening).0
+        };
+        ln_mean(with_unknown.iter().map(ln), with_unknown.len()) - ln(usual)
     }
 }
 

@@ -30,7 +30,9 @@ pub use calibrated_walk::{
 };
 pub use calibration::{CalibratedRobot, calibrate_walk};
 pub use decomposition::{AxisResidual, Harmonic};
-pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy, TurningDiscrepancy};
+pub use discrepancy::{
+    Amplitude, AxisDiscrepancy, Discrepancy, MissedOtherwise, TurningDiscrepancy,
+};
 pub use information::{BrokenBound, Ensemble, Information, MotionBounds};
 pub use model::WalkModel;
 pub use nuisance::NuisanceSettings;

@@ -96,6 +96,11 @@ impl<'a> Observation<'a> {
         }
     }
 
+    /// Share of robots whose walk the engine misses as something unknown would make it.
+    pub(crate) fn missed_share(&self, spread: Spread) -> f64 {
+        self.correlations.missed_share(spread)
+    }
+
     /// Power of the likelihood.
     pub(crate) fn power(&self) -> f64 {
         self.power

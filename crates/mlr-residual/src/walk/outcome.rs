@@ -89,6 +89,7 @@ pub(super) fn posterior<'a>(
         unfitted,
     } = searched;
     fitted.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+    let ln_nothing_unknown = (1.0 - prior.unknown).ln();
     let mut outcomes: Vec<(Outcome<'a>, f64)> = Vec::new();
     let mut with_unknown: Vec<(Outcome<'a>, f64)> = Vec::new();
     let is_known = |outcomes: &[(Outcome<'a>, f64)], walker: &Walker<'a>| {
@@ -99,16 +100,21 @@ pub(super) fn posterior<'a>(
         if is_known(&outcomes, &judged.walker) {
             continue;
         }
-        let (ln_weight, ln_gain) = (judged.ln_weight, judged.ln_gain_of_unknown);
+        let ln_weight = judged.ln_weight;
+        let by_unknown = judged.ln_without_and_with_unknown;
         let outcome = Outcome::fitted(judged);
-        if let Some(ln_gain) = ln_gain {
-            let unknown = Outcome {
-                unknown: true,
-                ..outcome.clone()
-            };
-            with_unknown.push((unknown, ln_weight + ln_gain));
-        }
-        outcomes.push((outcome, ln_weight));
+        let ln_without = match by_unknown {
+            None => ln_nothing_unknown,
+            Some([ln_without, ln_with]) => {
+                let unknown = Outcome {
+                    unknown: true,
+                    ..outcome.clone()
+                };
+                with_unknown.push((unknown, ln_weight + ln_with));
+                ln_without
+            }
+        };
+        outcomes.push((outcome, ln_weight + ln_without));
     }
     for one in unfitted {
         if !is_known(&outcomes, &one.walker) {
@@ -117,16 +123,10 @@ pub(super) fn posterior<'a>(
                 weighed: Weighed::LinearModel(one.coordinates),
                 unknown: false,
             };
-            outcomes.push((outcome, one.ln_weight));
+            outcomes.push((outcome, one.ln_weight + ln_nothing_unknown));
         }
     }
-    let known = outcomes
-        .into_iter()
-        .map(|(one, ln_weight)| (one, ln_weight + (1.0 - prior.unknown).ln()));
-    let with_unknown = with_unknown
-        .into_iter()
-        .map(|(one, ln_weight)| (one, ln_weight + prior.unknown.ln()));
-    let posterior = Posterior::new(known.chain(with_unknown));
+    let posterior = Posterior::new(outcomes.into_iter().chain(with_unknown));
     let is_fitted = |(one, _): &(Outcome<'a>, f64)| one.fit().is_some();
     posterior
         .ranked()

@@ -54,6 +54,12 @@ impl Correlations {
         }
     }
 
+    /// Share of robots whose errors are as something unknown would make them.
+    pub(crate) fn missed_share(&self, spread: Spread) -> f64 {
+        let missed = self.discrepancy.missed_otherwise;
+        missed.map_or(0.0, |missed| missed.share(spread))
+    }
+
     /// Factors by which errors of roll and pitch, of yaw, and of the rates at rest may exceed what is
     /// usual, with the logarithms of their probabilities. Those of the rates do not.
     pub(crate) fn scales(&self, spread: Spread) -> [Vec<(f64, f64)>; GROUPS] {

@@ -31,14 +31,13 @@ use self::{
     prior::EffectPrior,
     proposals::sort,
     unfitted::Unfitted,
-    weighing::ln_gain_of_unknown,
 };
 use super::{
     evidence::Fit,
     hypothesis::{Hypothesis, Placement, Walker},
     observation::Observation,
 };
-use crate::Progress;
+use crate::{Progress, posterior::ln_sum};
 
 /// A morphology that the robot may have.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,8 +78,8 @@ pub(crate) struct Judged<'a> {
     /// The same with and without something unknown together, where that was looked at: what decides how far a search
     /// goes on.
     ln_promise: f64,
-    /// Logarithm of the factor by which something unknown raises the evidence, where that was weighed.
-    pub(crate) ln_gain_of_unknown: Option<f64>,
+    /// Logarithms of what its weight counts without and with something unknown, where that was weighed.
+    pub(crate) ln_without_and_with_unknown: Option<[f64; 2]>,
 }
 
 impl Judged<'_> {
@@ -252,11 +251,17 @@ impl<'a> Search<'a, '_> {
     /// acts on falls behind one that may walk in any way.
     fn judge(&self, base: &Arc<Base<'a>>, walker: Walker<'a>, fit: Fit) -> Judged<'a> {
         let usual = &base.whitening;
-        let ln_gain = walker.hypothesis.is_bare().then(|| {
+        let by_unknown = walker.hypothesis.is_bare().then(|| {
             let observation = base.setting.observation;
-            ln_gain_of_unknown(&fit, usual, &observation.with_unknown(usual))
+            let ln_gain = fit.ln_gain_of_unknown(usual, &observation.with_unknown(usual));
+            let missed_share = observation.missed_share(base.spread());
+            self.prior
+                .ln_without_and_with_unknown(ln_gain, missed_share)
         });
-        self.judged(base, walker, fit, ln_gain)
+        Judged {
+            ln_without_and_with_unknown: None,
+            ..self.judged(base, walker, fit, by_unknown)
+        }
     }
 
     fn judged(
@@ -264,7 +269,7 @@ impl<'a> Search<'a, '_> {
         base: &Arc<Base<'a>>,
         walker: Walker<'a>,
         fit: Fit,
-        ln_gain_of_unknown: Option<f64>,
+        ln_without_and_with_unknown: Option<[f64; 2]>,
     ) -> Judged<'a> {
         let ln_weight = fit.ln_evidence + self.ln_prior(base.ln_prior, &walker);
         // What cannot be weighed is not in question.
@@ -273,15 +278,16 @@ impl<'a> Search<'a, '_> {
         } else {
             ln_weight
         };
-        let odds = self.prior.unknown / (1.0 - self.prior.unknown);
-        let ln_both = ln_gain_of_unknown.map_or(0.0, |gain| libm::log1p(odds * libm::exp(gain)));
+        let ln_without = (1.0 - self.prior.unknown).ln();
+        let ln_both =
+            ln_without_and_with_unknown.map_or(0.0, |both| ln_sum(both.into_iter()) - ln_without);
         Judged {
             base: Arc::clone(base),
             walker,
             fit,
             ln_weight,
             ln_promise: ln_weight + ln_both,
-            ln_gain_of_unknown: None,
+            ln_without_and_with_unknown,
         }
     }
 }

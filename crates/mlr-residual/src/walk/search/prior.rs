@@ -4,8 +4,10 @@ use mlr_filter::SettingError;
 use mlr_model::{LostLinks, Morphology};
 use serde::{Deserialize, Serialize};
 
-use crate::walk::WalkModel;
-use crate::walk::hypothesis::Placement;
+use crate::{
+    posterior::ln_sum,
+    walk::{WalkModel, hypothesis::Placement},
+};
 
 /// Prior probabilities of hypotheses besides those of morphologies. Kinds of effects are equally
 /// probable, and so are the places of a kind: nobody has counted them.
@@ -50,6 +52,17 @@ impl EffectPrior {
             SettingError::check(name, probability, 1e-6..=1.0 - 1e-6, "")?;
         }
         Ok(())
+    }
+
+    /// Logarithms of what the evidence of a hypothesis counts where nothing unknown acts, and where something does.
+    /// `ln_gain` is the logarithm of the factor by which errors as something unknown makes them raise it; that share of
+    /// robots the engine misses by such errors.
+    pub(crate) fn ln_without_and_with_unknown(&self, ln_gain: f64, missed_share: f64) -> [f64; 2] {
+        let either = [(1.0 - missed_share).ln(), missed_share.ln() + ln_gain];
+        [
+            (1.0 - self.unknown).ln() + ln_sum(either.into_iter()),
+            self.unknown.ln() + ln_gain,
+        ]
     }
 
     /// Logarithm of the probability that lost links are gone, or hang on.
@@ -98,6 +111,26 @@ mod tests {
         search::{base::Base, tests::with_search},
     };
     use crate::walk_effects::{LIBRARY, Place, find};
+
+    #[test]
+    fn errors_as_something_unknown_makes_them_may_be_those_of_the_engine() {
+        let prior = EffectPrior {
+            unknown: 0.1,
+            ..EffectPrior::default()
+        };
+        let unknown_by = |missed_share: f64, ln_gain: f64| {
+            let [without, with] = prior.ln_without_and_with_unknown(ln_gain, missed_share);
+            1.0 / (1.0 + (without - with).exp())
+        };
+        assert!((unknown_by(0.05, 0.0) - 0.1).abs() < 1e-12);
+        // However much they raise the evidence, the ratio of both is what it was.
+        let most = 0.1 / (0.1 + 0.9 * 0.05);
+        for ln_gain in [30.0, 3000.0] {
+            assert!((unknown_by(0.05, ln_gain) - most).abs() < 1e-9);
+        }
+        // The control: an engine that never errs so.
+        assert!(unknown_by(0.0, 30.0) > 0.9999);
+    }
 
     #[test]
     fn the_weight_of_a_hypothesis_counts_what_bounds_cut_off_its_prior() {

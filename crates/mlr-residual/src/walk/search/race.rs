@@ -252,6 +252,6 @@ impl Judged<'_> {
 
     /// Whether it is weighed by the mean of its walks.
     pub(super) fn is_weighed(&self) -> bool {
-        self.ln_gain_of_unknown.is_some()
+        self.ln_without_and_with_unknown.is_some()
     }
 }

@@ -5,14 +5,9 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Judged, Search, base::Base, kept_bare, race::likeliest, sort_judged};
-use crate::{
-    ln_mean,
-    walk::{
-        evidence::Fit,
-        linear_model::LinearModel,
-        mean_walk::{DRAWS, MeanWalks},
-        observation::{Observation, Whitening},
-    },
+use crate::walk::{
+    mean_walk::{DRAWS, MeanWalks},
+    observation::Observation,
 };
 
 /// Hypotheses with effects that are weighed so.
@@ -205,14 +200,16 @@ impl<'a> Search<'a, '_> {
     fn judge_by_means(&self, robot: &mut OnRobot<'a>) {
         let usual = robot.walks.whitening();
         let with_unknown = self.of_means.with_unknown(usual);
+        let missed_share = self.of_means.missed_share(robot.base.spread());
         for (one, fit) in robot.judged.iter_mut().zip(robot.walks.fits()) {
             match fit {
                 Some(fit) => {
-                    let ln_gain = Some(ln_gain_of_unknown(fit, usual, &with_unknown));
-                    *one = Judged {
-                        ln_gain_of_unknown: ln_gain,
-                        ..self.judged(&robot.base, one.walker.clone(), fit.clone(), ln_gain)
-                    };
+                    let ln_gain = fit.ln_gain_of_unknown(usual, &with_unknown);
+                    let by_unknown = self
+                        .prior
+                        .ln_without_and_with_unknown(ln_gain, missed_share);
+                    let (base, walker) = (&robot.base, one.walker.clone());
+                    *one = self.judged(base, walker, fit.clone(), Some(by_unknown));
                 }
                 // Most of its neighbours do not walk.
                 None => {
@@ -222,22 +219,6 @@ impl<'a> Search<'a, '_> {
             }
         }
     }
-}
-
-/// Logarithm of the factor by which something unknown raises the evidence of a fit: the mean over the ways in which
-/// it may act.
-pub(super) fn ln_gain_of_unknown(fit: &Fit, usual: &Whitening, with_unknown: &[Whitening]) -> f64 {
-    let ln = |whitening: &Whitening| {
-        let Fit {
-            walked,
-            residual,
-            jacobian,
-            ..
-        } = fit;
-        let model = LinearModel::new(whitening, residual, &walked.z, jacobian);
-        model.ln_evidence(whitening).0
-    };
-    ln_mean(with_unknown.iter().map(ln), with_unknown.len()) - ln(usual)
 }
 
 /// By how much the weights of hypotheses have changed in the mean, those left out that have none any more.
