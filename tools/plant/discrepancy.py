@@ -32,7 +32,7 @@ ANY_YAW_DEG = 180.0
 GYROSCOPE_DEG_PER_SQRT_S = 0.004
 SCALES = 2.0 ** np.arange(-3.0, 5.1, 0.5)  # smaller ones than in the program: amplitudes may begin too large
 ANY_SCALE = np.where(SCALES >= 1.0, -np.log((SCALES >= 1.0).sum()), -np.inf)
-MISSED = 0.05  # share of robots whose walk the engine does not meet, for no known reason
+UNUSUAL = 0.05  # share of robots whose walk the engine does not meet, for no known reason
 PARTS = ("constant", "periodic", "irregular")
 AMPLITUDE = ("base_deg", "swing_share", "spread_share", "impacts_share")
 OF_AXIS = ("harmonic_decay", "coherence_s", "irregular_s", "ln_scale_deviation", "ln_scale_spread", "scatter_share", "impacts_share")
@@ -156,7 +156,7 @@ def ln_scale_prior(wide, is_robust):
         return tail - np.logaddexp.reduce(tail)
     usual = -0.5 * (np.log(SCALES) / wide) ** 2
     usual -= np.logaddexp.reduce(usual)
-    return np.logaddexp(np.log(1.0 - MISSED) + usual, np.log(MISSED) + ANY_SCALE)
+    return np.logaddexp(np.log(1.0 - UNUSUAL) + usual, np.log(UNUSUAL) + ANY_SCALE)
 
 
 walks = []
@@ -241,7 +241,7 @@ def trusted(p):
 
 def table(p, power):
     lines = [f"# Learned by tools/plant/discrepancy.py from {len(walks)} walks of robots that are known.", f"power = {power}"]
-    lines += [f"largest_spread_deg = {p['all.largest_spread_deg']:.4g}", f"missed_share = {MISSED}", "rest_rate_dps = 0.03"]
+    lines += [f"largest_spread_deg = {p['all.largest_spread_deg']:.4g}", "rest_rate_dps = 0.03"]
     lines += ["", "[turning]"]
     lines += [f"{name} = {p[f'turning.{name}']:.4g}" for name in ("base_dps", "share", "spread_share")]
     for axis in ("tilt", "yaw"):

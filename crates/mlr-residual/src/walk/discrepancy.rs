@@ -29,14 +29,10 @@ pub struct Discrepancy {
     pub turning: TurningDiscrepancy,
     /// Spreads far above this count as this.
     pub largest_spread_deg: f64,
-    /// Share of robots whose errors of roll and pitch the engine misses for no known reason, and of those whose yaw: their
-    /// scale is anything from 1 up.
-    #[serde(default)]
-    pub missed_share: f64,
     /// Robots whose errors are of another kind, as something unknown would make them; none where a table has none. Counts
     /// only where means of walks are compared.
     #[serde(default)]
-    pub missed_otherwise: Option<MissedOtherwise>,
+    pub missed: Option<MissedShare>,
     /// Error of the rates at rest, degrees per second.
     pub rest_rate_dps: f64,
     /// Share of the errors that count as independent evidence. The process is no better than what it
@@ -187,7 +183,6 @@ impl Discrepancy {
         }
         let spread_deg = self.largest_spread_deg;
         check("largest_spread_deg", spread_deg, 1e-3..=1e3, "degrees")?;
-        check("missed_share", self.missed_share, 0.0..=0.5, "")?;
         check("power", self.power, 1e-3..=1.0, "")?;
         check("rest_rate_dps", self.rest_rate_dps, 1e-6..=1e3, "°/s")
     }
@@ -229,24 +224,19 @@ impl AxisDiscrepancy {
     }
 
     /// Factors by which the discrepancy of one robot exceeds what is usual, with the logarithms of
-    /// their probabilities: a normal distribution of the logarithm, and beside it walks that are missed.
-    fn scales(&self, spread: Spread, missed_share: f64) -> Vec<(f64, f64)> {
+    /// their probabilities: where a walk depends on details, it is either met or missed.
+    fn scales(&self, spread: Spread) -> Vec<(f64, f64)> {
         let deviation = self.ln_scale_deviation + self.ln_scale_spread * spread.tilt_deg.ln_1p();
-        let octaves = SCALE_OCTAVES.map(|half_octave| 0.5 * f64::from(half_octave));
-        let usual: Vec<(f64, f64)> = octaves
+        let weights = SCALE_OCTAVES
+            .map(|octave| 0.5 * f64::from(octave))
             .map(|octave| {
-                let deviations = octave * std::f64::consts::LN_2 / deviation;
-                (octave.exp2(), (-0.5 * deviations.powi(2)).exp())
-            })
-            .collect();
-        let sum: f64 = usual.iter().map(|(_, weight)| weight).sum();
-        let larger = usual.iter().filter(|(scale, _)| *scale >= 1.0).count();
-        let probability = |(scale, weight): (f64, f64)| {
-            let missed = if scale >= 1.0 { missed_share } else { 0.0 };
-            let of_usual = (1.0 - missed_share) * weight / sum;
-            (scale, (of_usual + missed / larger as f64).ln())
-        };
-        usual.into_iter().map(probability).collect()
+                let ln_weight = -0.5 * (octave * std::f64::consts::LN_2 / deviation).powi(2);
+                (octave.exp2(), ln_weight)
+            });
+        let weights: Vec<(f64, f64)> = weights.collect();
+        let sum: f64 = weights.iter().map(|(_, ln)| ln.exp()).sum();
+        let normalised = |(scale, ln): (f64, f64)| (scale, ln - sum.ln());
+        weights.into_iter().map(normalised).collect()
     }
 
     /// Share of the periodic variance in each harmonic.
@@ -301,19 +291,13 @@ mod tests {
     }
 
     #[test]
-    fn the_scales_are_a_distribution_about_one_and_some_walks_are_missed() {
+    fn the_scales_are_a_distribution_about_one() {
         let tilt = Discrepancy::default().tilt;
-        for missed_share in [0.0, 0.05] {
-            let scales = tilt.scales(Spread::default(), missed_share);
-            let sum: f64 = scales.iter().map(|(_, ln)| ln.exp()).sum();
-            assert!((sum - 1.0).abs() < 1e-12);
-            let likeliest = scales.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-            assert_eq!(likeliest.0, 1.0);
-            let (largest, ln_probability) = scales[scales.len() - 1];
-            assert_eq!(largest, 32.0);
-            let of_missed = missed_share / 11.0;
-            assert!((ln_probability.exp() - of_missed).abs() < 1e-6);
-        }
+        let scales = tilt.scales(Spread::default());
+        let sum: f64 = scales.iter().map(|(_, ln)| ln.exp()).sum();
+        assert!((sum - 1.0).abs() < 1e-12);
+        let likeliest = scales.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        assert_eq!(likeliest.0, 1.0);
     }
 
     #[test]

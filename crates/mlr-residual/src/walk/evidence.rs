@@ -236,7 +236,6 @@ mod tests {
         }
         Discrepancy {
             power: 1.0,
-            missed_share: 0.0,
             ..discrepancy
         }
     }

@@ -63,15 +63,9 @@ impl Correlations {
     /// Factors by which errors of roll and pitch, of yaw, and of the rates at rest may exceed what is
     /// usual, with the logarithms of their probabilities. Those of the rates do not.
     pub(crate) fn scales(&self, spread: Spread) -> [Vec<(f64, f64)>; GROUPS] {
-        let Discrepancy {
-            tilt,
-            yaw,
-            missed_share,
-            ..
-        } = &self.discrepancy;
         [
-            tilt.scales(spread, *missed_share),
-            yaw.scales(spread, *missed_share),
+            self.discrepancy.tilt.scales(spread),
+            self.discrepancy.yaw.scales(spread),
             vec![(1.0, 0.0)],
         ]
     }
