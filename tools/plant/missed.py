@@ -5,7 +5,7 @@
 
 The robots of the sets lack nothing but what they are known to, so that where something unknown would make a walk likelier
 the engine errs. The odds to be missed grow with a power of how far robots of one make spread in the walk; both numbers,
-for `[missed_otherwise]` of data/discrepancy/jethexa-mean.toml, are the most probable ones. The gains are those by the table
+for `[missed]` of data/discrepancy/jethexa-mean.toml, are the most probable ones. The gains are those by the table
 that the program was run with: this comes after discrepancy.py. --check prints what they are worth on other robots.
 """
 
@@ -40,7 +40,7 @@ def main():
     posterior = lambda x: 0.5 * (((x - START) / WIDE) ** 2).sum() - ln_likelihood(x, *known)
     found = minimize(posterior, START, method="Nelder-Mead").x
     half_at_deg, power = np.exp(found)
-    print(f"[missed_otherwise]\nhalf_at_deg = {half_at_deg:.3g}\npower = {power:.3g}")
+    print(f"[missed]\nhalf_at_deg = {half_at_deg:.3g}\npower = {power:.3g}")
     for name, paths in (("these", args.walks), ("others", args.check)):
         if paths:
             of = gains_of(paths)

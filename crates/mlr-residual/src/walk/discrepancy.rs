@@ -94,7 +94,7 @@ pub struct TurningDiscrepancy {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct MissedOtherwise {
+pub struct MissedShare {
     /// Where they spread so far, half of them are missed, degrees.
     pub half_at_deg: f64,
     /// The odds to be missed grow with this power of the spread.
@@ -171,15 +171,10 @@ impl Discrepancy {
             0.0..=1e3,
             "",
         )?;
-        if let Some(missed) = &self.missed_otherwise {
+        if let Some(missed) = &self.missed {
             let half_at_deg = missed.half_at_deg;
-            check(
-                "missed_otherwise.half_at_deg",
-                half_at_deg,
-                1e-6..=1e6,
-                "degrees",
-            )?;
-            check("missed_otherwise.power", missed.power, 0.0..=10.0, "")?;
+            check("missed.half_at_deg", half_at_deg, 1e-6..=1e6, "degrees")?;
+            check("missed.power", missed.power, 1e-3..=10.0, "")?;
         }
         let spread_deg = self.largest_spread_deg;
         check("largest_spread_deg", spread_deg, 1e-3..=1e3, "degrees")?;
@@ -250,7 +245,7 @@ impl AxisDiscrepancy {
     }
 }
 
-impl MissedOtherwise {
+impl MissedShare {
     /// Where robots of one make spread so far.
     pub(crate) fn share(self, spread: Spread) -> f64 {
         let odds = libm::pow(spread.tilt_deg / self.half_at_deg, self.power);
@@ -302,7 +297,7 @@ mod tests {
 
     #[test]
     fn more_robots_are_missed_where_they_spread_more() {
-        let missed = MissedOtherwise {
+        let missed = MissedShare {
             half_at_deg: 10.0,
             power: 0.5,
         };

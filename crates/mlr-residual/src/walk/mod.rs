@@ -30,9 +30,7 @@ pub use calibrated_walk::{
 };
 pub use calibration::{CalibratedRobot, calibrate_walk};
 pub use decomposition::{AxisResidual, Harmonic};
-pub use discrepancy::{
-    Amplitude, AxisDiscrepancy, Discrepancy, MissedOtherwise, TurningDiscrepancy,
-};
+pub use discrepancy::{Amplitude, AxisDiscrepancy, Discrepancy, MissedShare, TurningDiscrepancy};
 pub use information::{BrokenBound, Ensemble, Information, MotionBounds};
 pub use model::WalkModel;
 pub use nuisance::NuisanceSettings;

@@ -56,7 +56,7 @@ impl Correlations {
 
     /// Share of robots whose errors are as something unknown would make them.
     pub(crate) fn missed_share(&self, spread: Spread) -> f64 {
-        let missed = self.discrepancy.missed_otherwise;
+        let missed = self.discrepancy.missed;
         missed.map_or(0.0, |missed| missed.share(spread))
     }
 
