@@ -6,14 +6,15 @@
 The robots of the sets lack nothing but what they are known to, so that where something unknown would make a walk likelier
 the engine errs. The odds to be missed grow with a power of how far robots of one make spread in the walk; both numbers,
 for `[missed]` of data/discrepancy/jethexa-mean.toml, are the most probable ones. The gains are those by the table
-that the program was run with: this comes after discrepancy.py. --check prints what they are worth on other robots.
+that the program was run with: this comes after discrepancy.py. --check says what they are worth on other robots. Shares of
+thirds of the robots, by their own likelihood, show what the power of the spread has to follow.
 """
 
 import argparse
 import json
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 WIDE = 3.0  # deviation of the logarithms of both numbers about where the search starts
 START = np.log([10.0, 1.0])
@@ -31,21 +32,33 @@ def ln_likelihood(ln_numbers, spread_deg, ln_gain):
     return (np.logaddexp(0.0, ln_odds + ln_gain) - np.logaddexp(0.0, ln_odds)).sum()
 
 
+def share_by_itself(ln_gain):
+    """Of robots of which nothing is known but their gains."""
+    minus_ln_likelihood = lambda share: -np.logaddexp(np.log1p(-share), np.log(share) + ln_gain).sum()
+    return minimize_scalar(minus_ln_likelihood, bounds=(1e-6, 1.0 - 1e-6), method="bounded").x
+
+
+def describe(name, ln_numbers, known):
+    half_at_deg, power = np.exp(ln_numbers)
+    expected = (1.0 / (1.0 + (half_at_deg / known[0]) ** power)).sum()
+    print(f"# {name}: {known.shape[1]} robots, {expected:.1f} missed, ln likelihood {ln_likelihood(ln_numbers, *known):.1f}")
+    for third in np.array_split(known[:, known[0].argsort()], 3, axis=1):
+        print(f"#   spread {third[0][0]:.2f} to {third[0][-1]:.2f} degrees: share {share_by_itself(third[1]):.2f}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("walks", nargs="+")
     parser.add_argument("--check", nargs="+", default=[])
     args = parser.parse_args()
     known = gains_of(args.walks)
-    posterior = lambda x: 0.5 * (((x - START) / WIDE) ** 2).sum() - ln_likelihood(x, *known)
-    found = minimize(posterior, START, method="Nelder-Mead").x
+    minus_ln_posterior = lambda x: 0.5 * (((x - START) / WIDE) ** 2).sum() - ln_likelihood(x, *known)
+    found = minimize(minus_ln_posterior, START, method="Nelder-Mead").x
     half_at_deg, power = np.exp(found)
     print(f"[missed]\nhalf_at_deg = {half_at_deg:.3g}\npower = {power:.3g}")
-    for name, paths in (("these", args.walks), ("others", args.check)):
-        if paths:
-            of = gains_of(paths)
-            share = 1.0 / (1.0 + (half_at_deg / of[0]) ** power)
-            print(f"# {name}: {of.shape[1]} robots, {share.sum():.1f} missed, ln likelihood {ln_likelihood(found, *of):.1f}")
+    describe("these", found, known)
+    if args.check:
+        describe("others", found, gains_of(args.check))
 
 
 if __name__ == "__main__":
