@@ -198,7 +198,7 @@ mod tests {
         // The control: as if they did not, it is up to the walks that were drawn.
         let as_if_firm = evidence_by_draws(30.0, |_| Compared::Walk);
         assert!(
-            as_if_firm[1] > 10.0 * tipping[1],
+            as_if_firm[1] > 30.0 * tipping[1],
             "{tipping:?} {as_if_firm:?}"
         );
     }
